@@ -1,0 +1,66 @@
+"""From a symbolic mechanical model with contact to a standalone C stepper.
+
+Define a model with `Model`, run it with `build`, write C with `generate`, load a generated folder
+with `load` (which needs neither SymPy nor CasADi).
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from signorini.version import __version__
+
+if TYPE_CHECKING:
+    from signorini.codegen.errors import GenerationError, ModelError
+    from signorini.codegen.model import Model
+    from signorini.codegen.symbols import par, smooth
+    from signorini.runtime.compile import CompilerError
+    from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+    from signorini.runtime.library import load
+    from signorini.runtime.stepper import Stepper
+    from signorini.runtime.trajectory import Trajectory
+    from signorini.workflow import build, generate
+
+# Imported on first use: loading a stepper must not need the symbolic packages.
+_HOMES = {
+    "Model": "signorini.codegen.model",
+    "ModelError": "signorini.codegen.errors",
+    "GenerationError": "signorini.codegen.errors",
+    "par": "signorini.codegen.symbols",
+    "smooth": "signorini.codegen.symbols",
+    "build": "signorini.workflow",
+    "generate": "signorini.workflow",
+    "load": "signorini.runtime.library",
+    "Stepper": "signorini.runtime.stepper",
+    "Trajectory": "signorini.runtime.trajectory",
+    "RunError": "signorini.runtime.errors",
+    "StepError": "signorini.runtime.errors",
+    "InconsistentStartError": "signorini.runtime.errors",
+    "CompilerError": "signorini.runtime.compile",
+}
+__all__ = [
+    "CompilerError",
+    "GenerationError",
+    "InconsistentStartError",
+    "Model",
+    "ModelError",
+    "RunError",
+    "StepError",
+    "Stepper",
+    "Trajectory",
+    "__version__",
+    "build",
+    "generate",
+    "load",
+    "par",
+    "smooth",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'signorini' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,1 @@
+"""Symbolic model -> derived functions -> scheme residual and Jacobian -> C text."""

@@ -1,0 +1,347 @@
+"""C functions as data for the templates: signature, aliases, temporaries, headed sections."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+from signorini.codegen.cprint import Precision, statements
+from signorini.codegen.derive import QUANTITIES, Derivation
+from signorini.codegen.graph import Graph
+from signorini.codegen.scheme import Assembly, Point
+
+_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "w", "real", "problem"})
+
+
+@dataclass(frozen=True)
+class Section:
+    """Lines of C below one equation."""
+
+    equation: str
+    fills: tuple[tuple[str, int], ...]
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CFunction:
+    """One C function as the template prints it."""
+
+    name: str
+    parameters: tuple[str, ...]
+    doc: tuple[str, ...]
+    unused: tuple[str, ...]
+    aliases: tuple[str, ...]
+    temporaries: tuple[str, ...]
+    sections: tuple[Section, ...]
+    operations: int
+    arguments: tuple[str, ...] = ()
+    shape: tuple[int, ...] = ()
+
+    def declaration(self, real: str) -> tuple[str, ...]:
+        """Parameters as the header writes them, with the prefixed real type."""
+        return tuple(re.sub(r"\breal\b", real, p) for p in self.parameters)
+
+    @property
+    def needs_loop(self) -> bool:
+        """Whether an array is filled with zeros first."""
+        return any(s.fills for s in self.sections)
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    equation: str
+    targets: tuple[str, ...]
+    values: tuple[ca.SX, ...]
+    comments: tuple[str, ...]
+    fills: tuple[tuple[str, int], ...] = ()
+
+
+class FunctionWriter:
+    """Writes C functions of one model.
+
+    Parameters
+    ----------
+    d : Derivation
+        Derived functions.
+    prefix : str
+        Prefix of every C name.
+    precision : Precision
+        Real type.
+    """
+
+    def __init__(self, d: Derivation, prefix: str, precision: Precision) -> None:
+        self.d = d
+        self.prefix = prefix
+        self.real = "real"  # the typedef that the runtime makes in the .c file
+        self.precision = precision
+        data = d.data
+        self._aliases: dict[int, tuple[str, str, str]] = {}
+        used = set(_LOCAL)
+        groups: tuple[tuple[str, ca.SX, str], ...] = (
+            ("q", data.q, "q[{k}]"),
+            ("v", data.v, "v[{k}]"),
+            ("u", data.u, "u[{k}]"),
+            ("par", data.par, "par->{name}"),
+        )
+        for argument, symbols, source in groups:
+            for k in range(symbols.numel()):
+                name = symbols[k].name()
+                local = name
+                while local in used:
+                    local += "_"
+                used.add(local)
+                self._aliases[symbols[k].element_hash()] = (
+                    argument,
+                    local,
+                    source.format(k=k, name=name),
+                )
+        self._plain = {data.t.element_hash(): ("t", "t"), d.h.element_hash(): ("h", "h")}
+        for k in range(d.R.numel()):
+            self._plain[d.R[k].element_hash()] = ("R", f"R[{k}]")
+
+    # --- functions of the model ---------------------------------------------------------------------
+
+    def model_function(self, name: str, arguments: Sequence[str]) -> CFunction:
+        """A public function ``prefix_name(..., out)``, matrices dense and row by row."""
+        value = self.d[name]
+        rows, columns = value.shape
+        sparsity = value.sparsity()
+        entries = sorted(
+            (
+                (i * columns + j, value.nz[k], (i, j))
+                for k, (i, j) in enumerate(zip(sparsity.row(), sparsity.get_col(), strict=True))
+            ),
+            key=lambda e: e[0],
+        )
+        full = len(entries) == rows * columns
+        block = _Block(
+            equation_of(name),
+            tuple(f"out[{k}]" for k, _, _ in entries),
+            tuple(v for _, v, _ in entries),
+            tuple(self._label(name, i, j, columns) for _, _, (i, j) in entries),
+            () if full else (("out", rows * columns),),
+        )
+        shape = (rows,) if columns == 1 else (rows, columns)
+        return self._write(
+            name, arguments, (block,), f"{self.real} out[]", shape, doc=(doc_of(name),)
+        )
+
+    def point_function(self, point: Point) -> CFunction:
+        """A static function that evaluates all fields of a point."""
+        blocks = []
+        for name, value in point.fields.items():
+            stored = point.stored(name)
+            if stored:
+                sparsity = value.sparsity()
+                rows, cols = sparsity.row(), sparsity.get_col()
+                blocks.append(
+                    _Block(
+                        equation_of(name),
+                        tuple(f"out->{name}[{i}]" for i in range(len(stored))),
+                        tuple(value.nz[k] for k in stored),
+                        tuple(self._label(name, rows[k], cols[k], value.shape[1]) for k in stored),
+                    )
+                )
+        out = f"{self.prefix}_{point.name} *out"
+        doc = (", ".join(name for name in point.fields if point.stored(name)),)
+        return self._write(f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc)
+
+    def initial_state(self) -> CFunction:
+        """The model's initial state as a function of its parameters."""
+        data = self.d.data
+        blocks = [
+            _Block("initial time", ("t[0]",), (data.t0,), ("",)),
+            _Block(
+                "initial coordinates",
+                tuple(f"q[{k}]" for k in range(data.n_q)),
+                tuple(ca.densify(data.q0).nz[k] for k in range(data.n_q)),
+                data.coordinates,
+            ),
+            _Block(
+                "initial velocities",
+                tuple(f"v[{k}]" for k in range(data.n_q)),
+                tuple(ca.densify(data.v0).nz[k] for k in range(data.n_q)),
+                data.velocities,
+            ),
+        ]
+        out = f"{self.real} t[], {self.real} q[], {self.real} v[]"
+        return self._write(
+            "initial_state", ("par",), blocks, out, (), doc=("Initial state of the model file.",)
+        )
+
+    def consistency(self, n_contacts: int) -> CFunction:
+        """Constraints, gaps, their velocities and directions, for the check of a start."""
+        d = self.d
+        zero = ca.SX.zeros
+        n_gamma, n_F = d.data.n_gamma, d.data.n_F
+        columns = {
+            "position": ca.vertcat(d["g"], zero(n_gamma, 1), d["g_N"], zero(n_F, 1)),
+            "velocity": ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]),
+            "direction": ca.reshape(ca.densify(d["W"]), -1, 1),
+            "drift": ca.vertcat(d["chi_g"], d["chi_gamma"], d["chi_N"], d["chi_F"]),
+            "guard": d["guard"],
+        }
+        titles = {
+            "position": "g, g_N",
+            "velocity": "g_dot, gamma, g_N_dot, gamma_F",
+            "direction": "W^T row by row",
+            "drift": "chi",
+            "guard": "guards",
+        }
+        blocks = []
+        for name, value in columns.items():
+            full = ca.densify(value)
+            count = full.numel()
+            if count:
+                blocks.append(
+                    _Block(
+                        titles[name],
+                        tuple(f"out->{name}[{k}]" for k in range(count)),
+                        tuple(full.nz[k] for k in range(count)),
+                        ("",) * count,
+                    )
+                )
+        out = f"{self.prefix}_consistency *out"
+        return self._write(
+            "evaluate_consistency", ("t", "q", "v", "par"), blocks, out, (), doc=("Start of a run.",)
+        )
+
+    # --- functions of the scheme ----------------------------------------------------------------------
+
+    def assembly(self, assembly: Assembly, parameters: Sequence[str]) -> CFunction:
+        """A static function on the work struct; its symbols are C lvalues already."""
+        blocks = [
+            _Block(
+                t.equation,
+                tuple(f"{t.array}[{k}]" for k, _ in t.entries),
+                tuple(v for _, v in t.entries),
+                ("",) * len(t.entries),
+                ((t.array, t.size),) if t.fill and t.size and len(t.entries) < t.size else (),
+            )
+            for t in assembly.targets
+            if t.size
+        ]
+        values = [v for b in blocks for v in b.values]
+        symbols = ca.symvar(ca.vertcat(ca.SX(0, 1), *values))
+        names = {s.element_hash(): s.name() for s in symbols}
+        return self._finish(assembly.name, tuple(parameters), blocks, names, set(_LOCAL), (), (), (), ())
+
+    # --- text ---------------------------------------------------------------------------------------
+
+    def _label(self, name: str, i: int, j: int, columns: int) -> str:
+        if columns == 1:
+            return ""
+        stem, _, variable = name.rpartition("_")
+        if variable in ("q", "v", "u", "par") and stem in {*QUANTITIES}:
+            return f"d{stem}[{i}]/d{variable}[{j}]"
+        return f"[{i}][{j}]"
+
+    def _write(
+        self,
+        name: str,
+        arguments: Sequence[str],
+        blocks: Sequence[_Block],
+        out: str,
+        shape: tuple[int, ...],
+        doc: tuple[str, ...],
+    ) -> CFunction:
+        real = self.real
+        declared = {
+            "t": f"{real} t",
+            "q": f"const {real} q[]",
+            "v": f"const {real} v[]",
+            "u": f"const {real} u[]",
+            "par": f"const {self.prefix}_params *par",
+            "h": f"{real} h",
+            "R": f"const {real} R[]",
+        }
+        values = [v for b in blocks for v in b.values]
+        symbols = {s.element_hash(): s for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *values))}
+        names: dict[int, str] = {}
+        used: set[str] = set()
+        aliases = []
+        for key, (argument, local, source) in self._aliases.items():
+            if key in symbols:
+                names[key] = local
+                used.add(argument)
+                aliases.append(f"const {real} {local} = {source};")
+        for key, (argument, text) in self._plain.items():
+            if key in symbols:
+                names[key] = text
+                used.add(argument)
+        missing = [s.name() for key, s in symbols.items() if key not in names]
+        if missing:
+            raise AssertionError(f"{name}: symbols {missing} are not arguments")
+        outside = used - set(arguments)
+        if outside:
+            raise AssertionError(f"{name} depends on {sorted(outside)}")
+        unused = tuple(a for a in arguments if a not in used)
+        taken = set(_LOCAL) | {local for _, local, _ in self._aliases.values()}
+        parameters = (*(declared[a] for a in arguments), out)
+        return self._finish(
+            name, parameters, blocks, names, taken, tuple(aliases), unused, tuple(arguments), shape, doc
+        )
+
+    def _finish(
+        self,
+        name: str,
+        parameters: tuple[str, ...],
+        blocks: Sequence[_Block],
+        names: dict[int, str],
+        taken: set[str],
+        aliases: tuple[str, ...],
+        unused: tuple[str, ...],
+        arguments: tuple[str, ...],
+        shape: tuple[int, ...],
+        doc: tuple[str, ...] = (),
+    ) -> CFunction:
+        values = [v for b in blocks for v in b.values]
+        graph = Graph(values, names)
+        targets = [t for b in blocks for t in b.targets]
+        temporaries, lines = statements(
+            graph,
+            targets,
+            [c for b in blocks for c in b.comments],
+            self.real,
+            self.precision,
+            taken,
+        )
+        return CFunction(
+            name=name,
+            parameters=parameters,
+            doc=doc,
+            unused=unused,
+            aliases=aliases,
+            temporaries=tuple(temporaries),
+            sections=tuple(_sections(blocks, lines)),
+            operations=graph.operations,
+            arguments=arguments,
+            shape=shape,
+        )
+
+
+def _sections(blocks: Sequence[_Block], lines: Sequence[Sequence[str]]) -> Iterable[Section]:
+    at = 0
+    for block in blocks:
+        count = len(block.targets)
+        body = tuple(line for group in lines[at : at + count] for line in group)
+        at += count
+        if body or block.fills:
+            yield Section(block.equation, block.fills, body)
+
+
+def equation_of(name: str) -> str:
+    """The equation of a derived function, for the heading of its block."""
+    if name in QUANTITIES:
+        return QUANTITIES[name].equation
+    stem, _, variable = name.rpartition("_")
+    return f"d({equation_of(stem).split('  (')[0].split(' = ')[0]})/d{variable}"
+
+
+def doc_of(name: str) -> str:
+    """One line on a derived function."""
+    if name in QUANTITIES:
+        return QUANTITIES[name].doc
+    stem, _, variable = name.rpartition("_")
+    return f"derivative of {stem} with respect to {variable}"

@@ -1,0 +1,246 @@
+"""Expression graph between CasADi SX and C text: equal nodes are one node, signs are gathered."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+
+_BINARY = {
+    ca.OP_ADD: "+",
+    ca.OP_SUB: "-",
+    ca.OP_MUL: "*",
+    ca.OP_DIV: "/",
+    ca.OP_POW: "pow",
+    ca.OP_CONSTPOW: "pow",
+    ca.OP_FMIN: "fmin",
+    ca.OP_FMAX: "fmax",
+    ca.OP_ATAN2: "atan2",
+    ca.OP_HYPOT: "hypot",
+    ca.OP_FMOD: "fmod",
+    ca.OP_REMAINDER: "remainder",
+    ca.OP_COPYSIGN: "copysign",
+    ca.OP_LT: "<",
+    ca.OP_LE: "<=",
+    ca.OP_EQ: "==",
+    ca.OP_NE: "!=",
+    ca.OP_AND: "&&",
+    ca.OP_OR: "||",
+    ca.OP_IF_ELSE_ZERO: "if_else_zero",
+}
+_UNARY = {
+    ca.OP_NEG: "neg",
+    ca.OP_SQ: "sq",
+    ca.OP_TWICE: "twice",
+    ca.OP_INV: "inv",
+    ca.OP_SQRT: "sqrt",
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+    ca.OP_TAN: "tan",
+    ca.OP_ASIN: "asin",
+    ca.OP_ACOS: "acos",
+    ca.OP_ATAN: "atan",
+    ca.OP_SINH: "sinh",
+    ca.OP_COSH: "cosh",
+    ca.OP_TANH: "tanh",
+    ca.OP_ASINH: "asinh",
+    ca.OP_ACOSH: "acosh",
+    ca.OP_ATANH: "atanh",
+    ca.OP_EXP: "exp",
+    ca.OP_EXPM1: "expm1",
+    ca.OP_LOG: "log",
+    ca.OP_LOG1P: "log1p",
+    ca.OP_FABS: "fabs",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+    ca.OP_SIGN: "sign",
+    ca.OP_ERF: "erf",
+    ca.OP_NOT: "!",
+}
+COMMUTATIVE = frozenset({"+", "*", "fmin", "fmax", "==", "!=", "&&", "||", "hypot"})
+LOGICAL = frozenset({"<", "<=", "==", "!=", "&&", "||", "!"})
+# Operations that a count of arithmetic reports; function calls count one each.
+ARITHMETIC = frozenset({"+", "-", "*", "/", "sq", "twice", "inv"})
+
+
+@dataclass(frozen=True)
+class Node:
+    """One operation; `args` are indices of earlier nodes."""
+
+    op: str
+    args: tuple[int, ...] = ()
+    text: str = ""
+    value: float = 0.0
+
+
+class Graph:
+    """Hash-consed graph of several scalar outputs.
+
+    Parameters
+    ----------
+    outputs : sequence of scalar SX
+        What is to be computed.
+    names : mapping from element hash to C text
+        How each symbol is written.
+
+    Attributes
+    ----------
+    nodes : list of Node
+        In an order in which operands come first.
+    roots : list of int
+        Node of each output.
+    """
+
+    def __init__(self, outputs: Sequence[ca.SX], names: Mapping[int, str]) -> None:
+        self.nodes: list[Node] = []
+        self._index: dict[Node, int] = {}
+        column = ca.vertcat(ca.SX(0, 1), *outputs)
+        symbols = ca.symvar(column)
+        f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *symbols)], [column])
+        register: dict[int, int] = {}
+        roots: dict[int, int] = {}
+        for k in range(f.n_instructions()):
+            op = f.instruction_id(k)
+            inputs, to = f.instruction_input(k), f.instruction_output(k)
+            if op == ca.OP_INPUT:
+                symbol = symbols[inputs[1]]
+                register[to[0]] = self._add(Node("symbol", (), names[symbol.element_hash()]))
+            elif op == ca.OP_OUTPUT:
+                roots[to[1]] = register[inputs[0]]
+            elif op == ca.OP_CONST:
+                register[to[0]] = self._constant(f.instruction_constant(k))
+            elif op == ca.OP_ASSIGN:
+                register[to[0]] = register[inputs[0]]
+            elif op in _UNARY:
+                register[to[0]] = self._unary(_UNARY[op], register[inputs[0]])
+            else:
+                register[to[0]] = self._binary(
+                    _BINARY[op], register[inputs[0]], register[inputs[1]]
+                )
+        zero = self._constant(0.0) if len(roots) < len(outputs) else 0
+        self.roots = [roots.get(k, zero) for k in range(len(outputs))]
+
+    @property
+    def operations(self) -> int:
+        """Number of operations that the outputs need."""
+        seen: set[int] = set()
+        stack = list(self.roots)
+        count = 0
+        while stack:
+            k = stack.pop()
+            if k in seen:
+                continue
+            seen.add(k)
+            node = self.nodes[k]
+            if node.op not in ("symbol", "const", "neg"):
+                count += 1
+            stack.extend(node.args)
+        return count
+
+    def _add(self, node: Node) -> int:
+        if node not in self._index:
+            self._index[node] = len(self.nodes)
+            self.nodes.append(node)
+        return self._index[node]
+
+    def _constant(self, value: float) -> int:
+        if value < 0:
+            return self._unary("neg", self._constant(-value))
+        return self._add(Node("const", (), "", value + 0.0))
+
+    def _unary(self, op: str, a: int) -> int:
+        node = self.nodes[a]
+        if op == "neg":
+            if node.op == "neg":
+                return node.args[0]
+            if node.op == "-":  # -(x - y) = y - x
+                return self._binary("-", node.args[1], node.args[0])
+        elif op == "sq":
+            if node.op == "neg":
+                a = node.args[0]
+            return self._binary("*", a, a)
+        elif op == "twice":
+            return self._binary("*", self._constant(2.0), a)
+        elif op in ("sin", "tan", "sinh", "tanh", "asin", "atan", "asinh", "atanh", "erf", "inv"):
+            if node.op == "neg":  # odd functions: the sign comes out exactly
+                return self._unary("neg", self._unary(op, node.args[0]))
+        elif op in ("cos", "cosh", "fabs") and node.op == "neg":
+            a = node.args[0]
+        return self._add(Node(op, (a,)))
+
+    def _binary(self, op: str, a: int, b: int) -> int:
+        # Signs are moved outwards; IEEE arithmetic is symmetric in sign, so no bit changes.
+        na, nb = self.nodes[a], self.nodes[b]
+        if op == "+":
+            if nb.op == "neg":
+                return self._binary("-", a, nb.args[0])
+            if na.op == "neg":
+                return self._binary("-", b, na.args[0])
+            chosen = self._select(na, nb)
+            if chosen is not None:
+                return chosen
+        elif op == "-":
+            if nb.op == "neg":
+                return self._binary("+", a, nb.args[0])
+            if na.op == "neg":
+                return self._unary("neg", self._binary("+", na.args[0], b))
+        elif op in ("*", "/"):
+            if na.op == "neg":
+                return self._unary("neg", self._binary(op, na.args[0], b))
+            if nb.op == "neg":
+                return self._unary("neg", self._binary(op, a, nb.args[0]))
+            scaled = self._pull_scale(op, a, b)
+            if scaled is not None:
+                return scaled
+            if op == "*" and a == b:
+                return self._add(Node("sq", (a,)))
+            if op == "*" and nb.op == "inv":
+                return self._binary("/", a, nb.args[0])
+            if op == "*" and na.op == "inv":
+                return self._binary("/", b, na.args[0])
+        if op in COMMUTATIVE and (nb.op == "const") > (na.op == "const"):
+            a, b = b, a
+        elif op in COMMUTATIVE and (nb.op == "const") == (na.op == "const") and a > b:
+            a, b = b, a
+        return self._add(Node(op, (a, b)))
+
+    def _scale(self, k: int) -> tuple[float, int]:
+        """Split node k into a power of two and the rest."""
+        node = self.nodes[k]
+        if node.op == "*" and self.nodes[node.args[0]].op == "const":
+            value = self.nodes[node.args[0]].value
+            if math.frexp(value)[0] == 0.5:
+                return value, node.args[1]
+        return 1.0, k
+
+    def _pull_scale(self, op: str, a: int, b: int) -> int | None:
+        """Gather powers of two in front of products and quotients, which changes no bit."""
+        na, nb = self.nodes[a], self.nodes[b]
+        if op == "/" and nb.op == "const" and math.frexp(nb.value)[0] == 0.5:
+            return self._binary("*", self._constant(1.0 / nb.value), a)
+        if na.op == "const" and op == "*":
+            if na.value == 1.0:
+                return b
+            c, rest = self._scale(b)
+            if c == 1.0:
+                return None
+            return self._binary("*", self._constant(na.value * c), rest)
+        if nb.op == "const" and op == "*":
+            return self._pull_scale(op, b, a)
+        c_a, rest_a = self._scale(a)
+        c_b, rest_b = self._scale(b)
+        c = c_a * c_b if op == "*" else c_a / c_b
+        if c_a == 1.0 and c_b == 1.0:
+            return None
+        return self._binary("*", self._constant(c), self._binary(op, rest_a, rest_b))
+
+    def _select(self, a: Node, b: Node) -> int | None:
+        """CasADi writes c ? x : y as (c ? x : 0) + (!c ? y : 0)."""
+        if a.op != "if_else_zero" or b.op != "if_else_zero":
+            return None
+        ca_, cb = self.nodes[a.args[0]], self.nodes[b.args[0]]
+        if cb.op == "!" and cb.args[0] == a.args[0]:
+            return self._add(Node("select", (a.args[0], a.args[1], b.args[1])))
+        if ca_.op == "!" and ca_.args[0] == b.args[0]:
+            return self._add(Node("select", (b.args[0], b.args[1], a.args[1])))
+        return None

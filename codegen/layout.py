@@ -1,0 +1,264 @@
+"""Structs of the C interface: one table for the header, the manifest and the loader."""
+
+from dataclasses import dataclass
+
+from signorini.codegen.model_data import ModelData
+from signorini.codegen.scheme import Scheme
+
+STATUSES: tuple[tuple[str, str], ...] = (
+    ("OK", "solved"),
+    ("OK_RESCUED", "solved after a rescue"),
+    ("OK_SUBSTEPPED", "solved in substeps"),
+    ("BAD_ARGUMENT", "an argument, option or coefficient is out of its range"),
+    ("NONFINITE", "a state, input or model function is infinite or not a number"),
+    ("SINGULAR", "the mass matrix or the smooth part of the Jacobian is singular"),
+    ("NOT_CONVERGED", "the iteration did not converge"),
+    ("REJECTED", "the solution found does not satisfy the scheme"),
+    ("INCONSISTENT_START", "the initial state violates a constraint or penetrates a contact"),
+)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One member: C type without prefix (real, int, real*, int*, or a struct's name)."""
+
+    name: str
+    type: str
+    dims: tuple[int, ...] = ()
+    doc: str = ""
+
+    @property
+    def extent(self) -> int:
+        """Number of elements; at least one, because C has no empty arrays."""
+        size = 1
+        for d in self.dims:
+            size *= d
+        return max(size, 1)
+
+
+@dataclass(frozen=True)
+class Struct:
+    """One struct of the generated code."""
+
+    name: str
+    doc: str
+    fields: tuple[Field, ...]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Every size the runtime and the templates need."""
+
+    n_q: int
+    n_u: int
+    n_par: int
+    n_g: int
+    n_gamma: int
+    n_N: int
+    n_F: int
+    n_contacts: int
+    n_bounds: int
+    n_R: int
+    n_x: int
+    n_lambda: int
+    n_x_total: int
+    n_lambda_total: int
+    n_problems: int
+    stages: int
+    n_scratch: int
+    n_outputs: int
+
+
+def sizes(data: ModelData, scheme: Scheme) -> Sizes:
+    """Collect the sizes of a model under a scheme."""
+    n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
+    n_x = max(p.n_x for p in scheme.problems)
+    n_lambda = max(p.n_slots for p in scheme.problems) * n_R
+    return Sizes(
+        n_q=data.n_q,
+        n_u=len(data.inputs),
+        n_par=len(data.parameters),
+        n_g=data.n_g,
+        n_gamma=data.n_gamma,
+        n_N=data.n_N,
+        n_F=data.n_F,
+        n_contacts=len(data.contacts),
+        n_bounds=sum(c.g_N is None for c in data.contacts),
+        n_R=n_R,
+        n_x=n_x,
+        n_lambda=n_lambda,
+        n_x_total=sum(p.n_x for p in scheme.problems),
+        n_lambda_total=sum(p.n_slots for p in scheme.problems) * n_R,
+        n_problems=len(scheme.problems),
+        stages=scheme.stages,
+        n_scratch=max(n_x, n_lambda, data.n_q),
+        n_outputs=len(data.outputs),
+    )
+
+
+def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
+    """All structs, in the order in which C must see them."""
+    params = tuple(
+        Field(p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x))
+        for p in data.parameters
+    ) or (Field("unused", "real", (), "the model has no parameters"),)
+    options = (
+        Field("tol", "real", (), "relative tolerance of every row; 0 iterates to round-off"),
+        Field("r", "real", (), "prox parameter of the contact laws; 0 chooses one per contact"),
+        Field("max_iterations", "int", (), "Newton iterations of one nonlinear problem"),
+        Field("max_halvings", "int", (), "halvings of a step that is not solved otherwise, at most 10"),
+        Field("active_set", "int", (), "ACTIVE_ANY_STAGE or ACTIVE_END, rule (67)"),
+        Field("scaling", "int", (), "SCALING_ROWS or SCALING_NONE: tol is absolute"),
+    )
+    state = (
+        Field("t", "real", (), "time"),
+        Field("q", "real", (n.n_q,), "coordinates"),
+        Field("v", "real", (n.n_q,), "velocities"),
+        Field("t_grid", "real", (), "time where steps of size h_grid began"),
+        Field("h_grid", "real", (), "their size"),
+        Field("n_grid", "int", (), "their number: t = t_grid + n_grid h_grid"),
+        Field("warm", "int", (), "whether the guess below may be used"),
+        Field("h_guess", "real", (), "step size of the guess"),
+        Field("x", "real", (n.n_x_total,), "guess of the stage and end velocities"),
+        Field("lambda", "real", (n.n_lambda_total,), "guess of the percussions"),
+        Field("closed", "int", (n.n_contacts,), "contacts closed at the end of the last step"),
+    )
+    info = (
+        Field("status", "int", (), "status code of the step"),
+        Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
+        Field("substeps", "int", (), "substeps taken; 0: the step was solved whole"),
+        Field("rescues", "int", (), "1 cold start, 2 damping, 4 sweeps, added up"),
+        Field("percussions", "int", (), "0 unique, 1 of least norm, 2 one of several"),
+        Field("lost_impacts", "int", (), "contacts that pushed at a stage but not over the step"),
+        Field("residual", "real", (), "largest scaled residual accepted"),
+        Field("smallest_gap", "real", (), "smallest gap at any stage"),
+        Field("P", "real", (n.n_R,), "percussions of the step: P_g, P_gamma, P_N, P_F"),
+    )
+    record = (
+        Field("t", "real*", (), "rows of 1; any pointer may be NULL"),
+        Field("q", "real*", (), "rows of N_Q"),
+        Field("v", "real*", (), "rows of N_Q"),
+        Field("P", "real*", (), "rows of N_R"),
+        Field("residual", "real*", (), "rows of 1"),
+        Field("smallest_gap", "real*", (), "rows of 1"),
+        Field(
+            "counts",
+            "int*",
+            (),
+            "rows of 6: status, iterations, substeps, rescues, percussions, lost_impacts",
+        ),
+        Field("stage_t", "real*", (), "rows of N_STAGES; all four stage arrays or none"),
+        Field("stage_q", "real*", (), "rows of N_STAGES * N_Q"),
+        Field("stage_v", "real*", (), "rows of N_STAGES * N_Q"),
+        Field("stage_R", "real*", (), "rows of N_STAGES * N_R"),
+    )
+    points = tuple(
+        Struct(
+            point.name,
+            f"Model functions at one point ({', '.join(point.fields)}); numbers are left out.",
+            tuple(
+                Field(name, "real", (len(point.stored(name)),))
+                for name in point.fields
+                if point.stored(name)
+            ),
+        )
+        for point in scheme.points
+        if any(point.stored(name) for name in point.fields)
+    )
+    consistency = (
+        Field("position", "real", (n.n_R,)),
+        Field("velocity", "real", (n.n_R,)),
+        Field("direction", "real", (n.n_R, n.n_q)),
+        Field("drift", "real", (n.n_R,)),
+        Field("guard", "real", (n.n_contacts,)),
+    )
+    return (
+        Struct("params", "Parameters in declared order.", params),
+        Struct("options", "Options of the step.", options),
+        Struct("state", "All that influences the next step; plain data.", state),
+        Struct("info", "What a step reports.", info),
+        Struct("record", "Buffers of the caller for many steps.", record),
+        *points,
+        Struct("consistency", "Constraints and gaps at the start.", consistency),
+        Struct("work", "Scratch of one step; nothing survives in it.", _work(scheme, n, points)),
+    )
+
+
+def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, ...]:
+    known = {p.name for p in points}
+    places = tuple(
+        Field(place, point, (count,) if count else ())
+        for point, place, count in scheme.places
+        if point in known
+    )
+    bound_rows = max(p.n_slots for p in scheme.problems) * n.n_bounds
+    return (
+        Field("trial", "state", (), "state inside a substepped step"),
+        Field("t", "real", (), "start of the (sub)step"),
+        Field("h", "real", (), "its size"),
+        Field("q", "real", (n.n_q,), "q_n"),
+        Field("v", "real", (n.n_q,), "v_n"),
+        Field("u", "real", (n.n_u,), "inputs"),
+        Field("p", "real", (n.n_q,), "p_n"),
+        Field("L_q", "real", (n.n_q,), "(dL/dq)^T at the start"),
+        Field("f", "real", (n.n_q,), "f at the start"),
+        Field("mass", "real", (n.n_q, n.n_q), "dp/dv at the start"),
+        Field("direction", "real", (n.n_R, n.n_q), "W^T at the start"),
+        Field("drift", "real", (n.n_R,), "chi at the start"),
+        Field("mu", "real", (n.n_contacts,), "friction coefficients"),
+        Field("e_N", "real", (n.n_contacts,), "normal restitution"),
+        Field("e_F", "real", (n.n_contacts,), "tangential restitution"),
+        Field("guard", "real", (n.n_contacts,), "guards"),
+        Field("exists", "int", (n.n_contacts,), "guard >= 0 at the start"),
+        Field("active", "int", (n.n_contacts,), "closed at the end, (67)"),
+        Field("no_R", "real", (n.n_R,), "zeros"),
+        *places,
+        Field("Q", "real", (n.stages, n.n_q), "positions at the stages"),
+        Field("q_end", "real", (n.n_q,), "q_{n+1}"),
+        Field("v_end", "real", (n.n_q,), "v_{n+1}"),
+        Field("x", "real", (n.n_x_total,), "unknown velocities of all problems"),
+        Field("lambda", "real", (n.n_lambda_total,), "unknown percussions of all problems"),
+        Field("r", "real", (n.n_x,), "smooth rows"),
+        Field("y", "real", (n.n_lambda,), "kinematic rows"),
+        Field("radius", "real", (bound_rows,), "radii of friction elements"),
+        Field("A", "real", (n.n_x, n.n_x), "dr/dx, then its factors"),
+        Field("B", "real", (n.n_lambda, n.n_x), "dr/dlambda by columns"),
+        Field("C", "real", (n.n_lambda, n.n_x), "dy/dx"),
+        Field("C_radius", "real", (bound_rows, n.n_x), "d(radius)/dx"),
+        Field("phi", "real", (n.n_lambda,), "residual of the percussion rows"),
+        Field("kind", "int", (n.n_lambda,), "contact state of each percussion row"),
+        Field("slip", "real", (n.n_lambda,), "direction of slip"),
+        Field("ratio", "real", (n.n_lambda,), "radius over size of the prox argument"),
+        Field("prox_r", "real", (n.n_lambda,), "prox parameter in use"),
+        Field("r_auto", "real", (n.n_lambda,), "inverse response of each row"),
+        Field("phi_floor", "real", (n.n_lambda,), "round-off of phi"),
+        Field("mass_lu", "real", (n.n_q, n.n_q), "factors of the mass matrix"),
+        Field("mass_pivot", "int", (n.n_q,)),
+        Field("inertia", "real", (n.n_q,), "diagonal of the mass matrix"),
+        Field("root_inertia", "real", (n.n_q,), "its square root relative to the first"),
+        Field("momentum", "real", (n.n_q,), "largest of |p|, h |L_q|, h |f| at the start"),
+        Field("pace", "real", (n.n_q,), "speed of each coordinate in the step"),
+        Field("momentum_scale", "real", (n.n_q,), "scale of the momentum rows"),
+        Field("m_eff", "real", (n.n_R,), "effective mass of each direction"),
+        Field("root_mass", "real", (n.n_R,), "its square root relative to the first"),
+        Field("speed", "real", (n.n_R,), "speed of each direction"),
+        Field("gap_floor", "real", (n.n_R,), "round-off of each gap"),
+        Field("percussion_scale", "real", (n.n_R,), "m_eff times speed"),
+        Field("dx", "real", (n.n_x,), "Newton direction"),
+        Field("dlambda", "real", (n.n_lambda,), "Newton direction"),
+        Field("x_old", "real", (n.n_x,)),
+        Field("lambda_old", "real", (n.n_lambda,)),
+        Field("Z", "real", (n.n_lambda, n.n_x), "A^-1 B by columns"),
+        Field("S", "real", (n.n_lambda, n.n_lambda), "percussion system by columns"),
+        Field("rhs", "real", (n.n_lambda,)),
+        Field("solution", "real", (n.n_lambda,)),
+        Field("root_scale", "real", (n.n_lambda,), "scales of the reduced percussions"),
+        Field("tau", "real", (n.n_lambda,)),
+        Field("tau_z", "real", (n.n_lambda,)),
+        Field("scratch", "real", (n.n_scratch,)),
+        Field("pivot_scale", "real", (n.n_x,)),
+        Field("A_pivot", "int", (n.n_x,)),
+        Field("perm", "int", (n.n_lambda,)),
+        Field("reduced", "int", (n.n_lambda,), "rows that are not zero"),
+        Field("deficiency", "int", (), "dependent rows in the last direction"),
+    )

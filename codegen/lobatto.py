@@ -1,0 +1,395 @@
+"""The s-stage Lobatto IIIA-IIIB scheme as two nonlinear problems, position then velocity."""
+
+import casadi as ca
+import mpmath as mp
+
+from signorini.codegen.derive import Derivation
+from signorini.codegen.scheme import (
+    Assembly,
+    Call,
+    Point,
+    Problem,
+    Scheme,
+    Target,
+    column,
+    dense,
+    matrix,
+)
+from signorini.codegen.tableau import lobatto
+
+_STAGE_ROWS = ("g", "gamma", "g_N", "gamma_F")
+_END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
+_DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
+
+
+def lobatto_scheme(d: Derivation, stages: int) -> Scheme:
+    """Return the scheme for the model behind `d`.
+
+    Parameters
+    ----------
+    d : Derivation
+        Derived functions of the model.
+    stages : int
+        Number of stages s >= 2.
+
+    Notes
+    -----
+    The column s of the IIIB tableau is zero, so the percussions R^s never enter V or q_{n+1}:
+    first (V^1 ... V^s, R^1 ... R^{s-1}) are found from (47b), (47f), (51), (52), (57), then
+    (v_{n+1}, Delta P) from (47d), (48), (51), (56), (58).
+    """
+    return _Lobatto(d, stages).scheme()
+
+
+class _Lobatto:
+    def __init__(self, d: Derivation, s: int) -> None:
+        self.d = d
+        self.s = s
+        self.tableau = lobatto(s)
+        data = d.data
+        self.n = data.n_q
+        self.n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
+        self.stage = Point(
+            "stage",
+            ("t", "q", "v", "u", "par", "h", "R"),
+            {name: d[name] for name in ("p", "F", *_STAGE_ROWS, "rho")},
+        )
+        self.stage_jacobian = Point(
+            "stage_jacobian",
+            ("t", "q", "v", "u", "par", "h", "R"),
+            {
+                name: d[name]
+                for name in (
+                    *("p_q", "p_v", "F_q", "F_v", "g_q", "gamma_q", "gamma_v"),
+                    *("g_N_q", "gamma_F_q", "gamma_F_v", "rho_q"),
+                )
+            },
+        )
+        self.end = Point(
+            "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
+        )
+        self.end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+        self.opening = Point(
+            "opening",
+            ("t", "q", "v", "u", "par"),
+            {
+                name: d[name]
+                for name in (
+                    *("L_q", "f", "chi_g", "chi_gamma", "chi_N", "chi_F"),
+                    *("guard", "mu", "e_N", "e_F"),
+                )
+            },
+        )
+        self.h = ca.SX.sym("w->h")
+        self.lam = column("w->lambda", (s - 1) * self.n_R)
+        self.delta_P = column("w->lambda", self.n_R, (s - 1) * self.n_R)
+        self.x = column("w->x", s * self.n)
+        self.v_end = column("w->x", self.n, s * self.n)
+        self.p_n = self.end.at("w->start", "p")
+
+    # --- helpers ---------------------------------------------------------------------------------
+
+    def a(self, i: int, j: int) -> float:
+        return float(self.tableau.a[i][j])
+
+    def a_hat(self, i: int, j: int) -> float:
+        return float(self.tableau.a_hat[i][j])
+
+    def b(self, j: int) -> float:
+        return float(self.tableau.b[j])
+
+    def at(self, i: int, name: str) -> ca.SX:
+        if name in self.stage.fields:
+            return self.stage.at(f"w->stage[{i}]", name)
+        return self.stage_jacobian.at(f"w->stage_jacobian[{i}]", name)
+
+    def R(self, i: int) -> ca.SX:
+        return self.lam[i * self.n_R : (i + 1) * self.n_R]
+
+    def stage_calls(self, point: Point) -> tuple[Call, ...]:
+        calls = []
+        for i in range(self.s):
+            R = f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
+            place = f"&w->{point.name}[{i}]"
+            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{i * self.n}]"
+            calls.append(Call(point.name, (_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R), place))
+        return tuple(calls)
+
+    def end_call(self, point: Point) -> Call:
+        q = f"&w->Q[{(self.s - 1) * self.n}]"
+        v = f"&w->x[{self.s * self.n}]"
+        return Call(point.name, ("w->t + w->h", q, v, "par"), f"&w->{point.name}")
+
+    # --- the scheme ------------------------------------------------------------------------------
+
+    def scheme(self) -> Scheme:
+        t = self.tableau
+        a_a_hat = t.a_a_hat
+        response = tuple(
+            (float(abs(a_a_hat[i][i - 1])), float(abs(t.a_hat[i][i - 1]))) for i in range(1, self.s)
+        )
+        position = Problem(
+            "position",
+            "(47b), (47f), (51), (52), (57): V^1 ... V^s, R^1 ... R^{s-1}",
+            self.s * self.n,
+            self.s - 1,
+            "position",
+            False,
+            response,
+            (self.stage_points(), *self.stage_calls(self.stage), self.position_values()),
+            (*self.stage_calls(self.stage_jacobian), self.position_derivatives()),
+        )
+        velocity = Problem(
+            "velocity",
+            "(47d), (48), (51), (56), (58): v_{n+1}, Delta P",
+            self.n,
+            1,
+            "velocity",
+            True,
+            ((1.0, 1.0),),
+            (self.end_call(self.end), self.velocity_values()),
+            (self.end_call(self.end_jacobian), self.velocity_derivatives()),
+        )
+        at_start = ("w->t", "w->q", "w->v", "par")
+        start = (
+            Call("end", at_start, "&w->start"),
+            Call("end_jacobian", at_start, "&w->start_jacobian"),
+            Call("opening", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->opening"),
+            self.start_assembly(),
+        )
+        return Scheme(
+            name="lobatto",
+            title=f"Lobatto IIIA-IIIB, {self.s} stages",
+            stages=self.s,
+            points=(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
+            places=(
+                ("stage", "stage", self.s),
+                ("stage_jacobian", "stage_jacobian", self.s),
+                ("end", "start", 0),
+                ("end_jacobian", "start_jacobian", 0),
+                ("end", "end", 0),
+                ("end_jacobian", "end_jacobian", 0),
+                ("opening", "opening", 0),
+            ),
+            start=start,
+            problems=(position, velocity),
+            finish=self.finish(),
+            record=self.record(),
+            coefficients=self.tableau.arrays(),
+        )
+
+    def start_assembly(self) -> Assembly:
+        o, e = "w->opening", "w->start"
+        W = ca.horzcat(*(self.end.at(e, name) for name in _DIRECTIONS))
+        chi = [self.opening.at(o, name) for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
+        opening = {name: self.opening.at(o, name) for name in self.opening.fields}
+        return Assembly(
+            "start_assembly",
+            (
+                matrix("w->mass", self.end_jacobian.at("w->start_jacobian", "p_v"), "M = dp/dv at t_n"),
+                matrix("w->direction", W.T, "W^T at t_n, row by row"),
+                dense("w->drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
+                dense("w->L_q", opening["L_q"], "(dL/dq)^T at t_n"),
+                dense("w->f", opening["f"], "f at t_n"),
+                dense("w->p", self.p_n, "p(t_n, q_n, v_n)"),
+                dense("w->mu", opening["mu"], "friction coefficients"),
+                dense("w->e_N", opening["e_N"], "normal restitution"),
+                dense("w->e_F", opening["e_F"], "tangential restitution"),
+                dense("w->guard", opening["guard"], "guards at (t_n, q_n)"),
+                Target("w->no_R", self.n_R, (), True, "no percussions at the last stage"),
+            ),
+        )
+
+    def stage_points(self) -> Assembly:
+        """Q^i = q_n + h sum_j a_ij V^j  (47a)."""
+        q_n = column("w->q", self.n)
+        Q = []
+        for i in range(self.s):
+            rate = ca.SX.zeros(self.n, 1)
+            for j in range(self.s):
+                if self.a(i, j):
+                    rate += self.a(i, j) * self.x[j * self.n : (j + 1) * self.n]
+            Q.append(q_n + self.h * rate)
+        return Assembly(
+            "stage_points", (dense("w->Q", ca.vertcat(*Q), "Q^i = q_n + h sum_j a_ij V^j  (47a)"),)
+        )
+
+    def position_values(self) -> Assembly:
+        s = self.s
+        r, y, radius = [], [], []
+        for i in range(s):
+            r_i = self.at(i, "p") - self.p_n
+            for j in range(s - 1):
+                r_i = r_i - self.a_hat(i, j) * self.at(j, "F")
+            r.append(r_i)
+        for i in range(1, s):
+            y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]
+            radius.append(ca.densify(self.at(i - 1, "rho")))
+        return Assembly(
+            "position_values",
+            (
+                dense("w->r", ca.vertcat(*r), "p^i - p_n - sum_j a_hat_ij F^j = 0  (47b)"),
+                dense(
+                    "w->y", ca.vertcat(ca.SX(0, 1), *y), "g, gamma, g_N, gamma_F at the stages 2 ... s"
+                ),
+                dense("w->radius", ca.vertcat(ca.SX(0, 1), *radius), "radii h bound of friction elements"),
+            ),
+        )
+
+    def F_V(self, j: int, k: int) -> ca.SX:
+        """dF^j / dV^k."""
+        value = self.h * self.a(j, k) * self.at(j, "F_q")
+        return value + self.at(j, "F_v") if j == k else value
+
+    def position_derivatives(self) -> Assembly:
+        s, n = self.s, self.n
+        A = [[self._A_block(i, k) for k in range(s)] for i in range(s)]
+        W = [
+            ca.horzcat(
+                self.at(j, "g_q").T,
+                self.at(j, "gamma_v").T,
+                self.at(j, "g_N_q").T,
+                self.at(j, "gamma_F_v").T,
+            )
+            for j in range(s - 1)
+        ]
+        B = [[-self.a_hat(i, j) * W[j] for j in range(s - 1)] for i in range(s)]
+        C, C_radius = [], []
+        for i in range(1, s):
+            C.append([self._kinematic_block(i, k) for k in range(s)])
+            C_radius.append(
+                [self.h * self.a(i - 1, k) * self.at(i - 1, "rho_q") for k in range(s)]
+            )
+        n_b = self.d["rho"].numel()
+        return Assembly(
+            "position_derivatives",
+            (
+                matrix("w->A", _blocks(A), "A = dr/dV"),
+                matrix("w->B", _blocks(B), "B = dr/dR, column by column", "column"),
+                matrix("w->C", _blocks(C), "C = dy/dV"),
+                matrix(
+                    "w->C_radius",
+                    _blocks(C_radius) if n_b else ca.SX(0, s * n),
+                    "d(radius)/dV",
+                ),
+            ),
+        )
+
+    def _A_block(self, i: int, k: int) -> ca.SX:
+        block = self.h * self.a(i, k) * self.at(i, "p_q")
+        if i == k:
+            block = block + self.at(i, "p_v")
+        for j in range(self.s - 1):
+            block = block - self.a_hat(i, j) * self.F_V(j, k)
+        return ca.sparsify(block)
+
+    def _kinematic_block(self, i: int, k: int) -> ca.SX:
+        ha = self.h * self.a(i, k)
+        gamma = ha * self.at(i, "gamma_q")
+        gamma_F = ha * self.at(i, "gamma_F_q")
+        if i == k:
+            gamma = gamma + self.at(i, "gamma_v")
+            gamma_F = gamma_F + self.at(i, "gamma_F_v")
+        return ca.sparsify(
+            ca.vertcat(ha * self.at(i, "g_q"), gamma, ha * self.at(i, "g_N_q"), gamma_F)
+        )
+
+    def velocity_values(self) -> Assembly:
+        s, d = self.s, self.d
+        end = {name: self.end.at("w->end", name) for name in self.end.fields}
+        W = ca.horzcat(*(end[name] for name in _DIRECTIONS))
+        r = end["p"] - self.p_n
+        last = self.delta_P
+        for j in range(s - 1):
+            r = r - self.b(j) * self.at(j, "F")
+            last = last - self.b(j) * self.R(j)
+        # b_s F^s with b_s R^s = Delta P - sum_{j<s} b_j R^j; F^s was evaluated without R^s.
+        r = r - self.b(s - 1) * self.at(s - 1, "F")
+        if self.n_R:
+            r = r - W @ last
+        xi_N, xi_F = self._restitution()
+        y = ca.vertcat(
+            end["g_dot"], end["gamma"], end["g_N_dot"] + xi_N, end["gamma_F"] + xi_F
+        )
+        radius = ca.SX.zeros(d["rho"].numel(), 1)
+        for j in range(s):
+            radius += self.b(j) * ca.densify(self.at(j, "rho"))
+        return Assembly(
+            "velocity_values",
+            (
+                dense("w->r", r, "p_{n+1} - p_n - sum_j b_j F^j = 0  (47d)"),
+                dense(
+                    "w->y", y, "g_dot, gamma, xi_N = g_N_dot + e_N g_N_dot(t_n), xi_F likewise  (68)"
+                ),
+                dense("w->radius", radius, "radii sum_j b_j h bound^j of friction elements"),
+            ),
+        )
+
+    def _restitution(self) -> tuple[ca.SX, ca.SX]:
+        """e_N g_N_dot and e_F gamma_F at the start of the step."""
+        g_N_dot = ca.densify(self.end.at("w->start", "g_N_dot"))
+        gamma_F = ca.densify(self.end.at("w->start", "gamma_F"))
+        xi_N, xi_F = [], []
+        normal = first = 0
+        for k, c in enumerate(self.d.data.contacts):
+            if c.g_N is not None:
+                e_N = self.opening.at("w->opening", "e_N")[k]
+                xi_N.append(e_N * g_N_dot[normal])
+                normal += 1
+            e_F = self.opening.at("w->opening", "e_F")[k]
+            xi_F += [e_F * gamma_F[first + j] for j in range(c.n_F)]
+            first += c.n_F
+        return ca.vertcat(ca.SX(0, 1), *xi_N), ca.vertcat(ca.SX(0, 1), *xi_F)
+
+    def velocity_derivatives(self) -> Assembly:
+        W = ca.horzcat(*(self.end.at("w->end", name) for name in _DIRECTIONS))
+        n_b = self.d["rho"].numel()
+        return Assembly(
+            "velocity_derivatives",
+            (
+                matrix("w->A", self.end_jacobian.at("w->end_jacobian", "p_v"), "A = dp_{n+1}/dv_{n+1}"),
+                matrix("w->B", -W, "B = -W, column by column", "column"),
+                matrix("w->C", W.T, "C = W^T"),
+                matrix("w->C_radius", ca.SX(n_b, self.n), "the radii are given"),
+            ),
+        )
+
+    def finish(self) -> Assembly:
+        Q = column("w->Q", self.n, (self.s - 1) * self.n)
+        return Assembly(
+            "finish",
+            (
+                dense("w->q_end", Q, "q_{n+1} = Q^s"),
+                dense("w->v_end", self.v_end, "v_{n+1}"),
+            ),
+        )
+
+    def record(self) -> Assembly:
+        """Stages of a solved step, R^s from (55), (59)."""
+        last = self.delta_P
+        for j in range(self.s - 1):
+            last = last - self.b(j) * self.R(j)
+        t = [ca.SX.sym("w->t") + float(c) * self.h for c in self.tableau.c]
+        return Assembly(
+            "stages",
+            (
+                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h"),
+                dense("stage_q", column("w->Q", self.s * self.n), "Q^i"),
+                dense("stage_v", self.x, "V^i"),
+                dense(
+                    "stage_R",
+                    ca.vertcat(ca.SX(0, 1), self.lam, last / self.b(self.s - 1)),
+                    "R^i, the last from Delta P = sum_j b_j R^j",
+                ),
+            ),
+        )
+
+
+def _time(c: mp.mpf) -> str:
+    if c == 0:
+        return "w->t"
+    return "w->t + w->h" if c == 1 else f"w->t + {{{float(c)!r}}} * w->h"
+
+
+def _blocks(rows: list[list[ca.SX]]) -> ca.SX:
+    return ca.vertcat(*(ca.horzcat(*row) for row in rows))

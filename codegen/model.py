@@ -1,0 +1,356 @@
+"""The front end: a user declares a mechanical model."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from signorini.codegen.errors import ModelError
+from signorini.codegen.names import check_identifier, split_names
+from signorini.codegen.symbols import CasADi, SymPy, World, is_number, par
+
+
+@dataclass
+class ContactDeclaration:
+    """What `Model.contact` or `Model.friction` was called with."""
+
+    name: str
+    g_N: Any
+    gamma_F: list[Any]
+    mu: Any = 0
+    e_N: Any = 0
+    e_F: Any = 0
+    bound: Any = None
+    guard: Any = None
+
+    @property
+    def kind(self) -> str:
+        return "friction" if self.g_N is None else "contact"
+
+
+class Model:
+    """A mechanical model with constraints and contacts, written symbolically.
+
+    Parameters
+    ----------
+    name : str
+        Name of the model and prefix of everything in the generated C: a C identifier.
+    symbols : {"sympy", "casadi"}
+        The symbol world: SymPy expressions or CasADi SX.
+
+    Notes
+    -----
+    The quantities are those of Capobianco, Harsch and Leyendecker: L(t, q, v), f(t, q, v, u),
+    g(t, q) = 0, gamma(t, q, v) = 0, gaps g_N(t, q) >= 0 and slip velocities gamma_F(t, q, v).
+
+    Examples
+    --------
+    >>> import signorini as sg
+    >>> m = sg.Model("particle")
+    >>> (y,) = m.coordinates("y")
+    >>> (vy,) = m.velocities
+    >>> (mass,) = m.parameters(mass=1.0)
+    >>> m.lagrangian = mass * vy**2 / 2 - 9.81 * mass * y
+    >>> m.contact("floor", g_N=y, e_N=0.5)
+    >>> m.initial_state(q=[1.0])
+    """
+
+    def __init__(self, name: str, symbols: str = "sympy") -> None:
+        self.name = check_identifier(str(name), "its name", name)
+        worlds: dict[str, type] = {"sympy": SymPy, "casadi": CasADi}
+        if symbols not in worlds:
+            raise ModelError(
+                self.name, "Model(symbols=...)", f"got {symbols!r}", "Give 'sympy' or 'casadi'"
+            )
+        self.world: World = worlds[symbols]()
+        self.doc = ""
+        self.coordinate_names: list[str] = []
+        self.velocity_names: list[str] = []
+        self.parameter_table: dict[str, par] = {}
+        self.input_names: list[str] = []
+        self.q: list[Any] = []
+        self.v: list[Any] = []
+        self.par: list[Any] = []
+        self.u: list[Any] = []
+        self.L: Any = None
+        self.forces: list[list[Any]] = []
+        self.constraints: list[tuple[str, list[Any]]] = []
+        self.velocity_constraints: list[tuple[str, list[Any]]] = []
+        self.contacts: list[ContactDeclaration] = []
+        self.outputs: list[tuple[str, Any]] = []
+        self.start: dict[str, Any] | None = None
+        self._taken: dict[str, str] = {"t": "symbol, the time"}
+        self._t = self.world.symbol("t")
+
+    # --- symbols ---------------------------------------------------------------------------------
+
+    def coordinates(self, names: str, velocities: str | None = None) -> tuple[Any, ...]:
+        """Declare generalized coordinates q and their velocities v.
+
+        Parameters
+        ----------
+        names : str
+            Names separated by spaces or commas, ``"x y phi"``. Several calls add up.
+        velocities : str, optional
+            As many names for the velocities; ``x_dot`` ... by default.
+
+        Returns
+        -------
+        tuple of symbols
+            One symbol for each name, also where there is one name only.
+        """
+        what = "coordinates(...)"
+        q_names = split_names(self.name, what, names)
+        v_names = (
+            [f"{name}_dot" for name in q_names]
+            if velocities is None
+            else split_names(self.name, what, velocities)
+        )
+        if not q_names:
+            raise ModelError(self.name, what, "no name given", 'Give names, e.g. "x y phi"')
+        if len(v_names) != len(q_names):
+            raise ModelError(
+                self.name,
+                what,
+                f"{len(q_names)} coordinates but {len(v_names)} velocities",
+                "Give one velocity name for each coordinate",
+            )
+        for name in q_names:
+            self._claim(name, "coordinate")
+        for name in v_names:
+            self._claim(name, "velocity")
+        symbols = tuple(self.world.symbol(name) for name in q_names)
+        self.q.extend(symbols)
+        self.v.extend(self.world.symbol(name) for name in v_names)
+        self.coordinate_names += q_names
+        self.velocity_names += v_names
+        return symbols
+
+    @property
+    def velocities(self) -> tuple[Any, ...]:
+        """The symbols of v, in the order of the coordinates."""
+        return tuple(self.v)
+
+    @property
+    def time(self) -> Any:
+        """The symbol of t."""
+        return self._t
+
+    def parameters(self, **defaults: float | par) -> tuple[Any, ...]:
+        """Declare run-time parameters with their defaults, numbers or `par` declarations.
+
+        Returns
+        -------
+        tuple of symbols
+            In the order given.
+        """
+        symbols = []
+        for name, value in defaults.items():
+            what = f"parameter '{name}'"
+            self._claim(name, "parameter")
+            declared = value if isinstance(value, par) else par(value)
+            self._check_parameter(what, declared)
+            self.parameter_table[name] = declared
+            symbols.append(self.world.symbol(name))
+        self.par.extend(symbols)
+        return tuple(symbols)
+
+    def inputs(self, names: str) -> tuple[Any, ...]:
+        """Declare inputs u, held constant over each step."""
+        u_names = split_names(self.name, "inputs(...)", names)
+        for name in u_names:
+            self._claim(name, "input")
+        symbols = tuple(self.world.symbol(name) for name in u_names)
+        self.u.extend(symbols)
+        self.input_names += u_names
+        return symbols
+
+    # --- equations -------------------------------------------------------------------------------
+
+    @property
+    def lagrangian(self) -> Any:
+        """L(t, q, v) = T - V; assign it once."""
+        return self.L
+
+    @lagrangian.setter
+    def lagrangian(self, L: Any) -> None:
+        self.L = L
+
+    def force(self, f: Sequence[Any] | Mapping[str, Any]) -> None:
+        """Add generalized forces f(t, q, v, u) that L does not contain.
+
+        Parameters
+        ----------
+        f : sequence of n_q expressions, or mapping from coordinate name to expression
+            Several calls add up.
+        """
+        self.forces.append(self._column("force(...)", f))
+
+    def constraint(self, name: str, g: Any) -> None:
+        """Add bilateral position constraints g(t, q) = 0, one expression or a list."""
+        self._claim(name, "constraint", symbol=False)
+        self.constraints.append((name, self._list(f"constraint '{name}'", g)))
+
+    def velocity_constraint(self, name: str, gamma: Any) -> None:
+        """Add bilateral velocity constraints gamma(t, q, v) = 0, affine in v."""
+        self._claim(name, "velocity constraint", symbol=False)
+        self.velocity_constraints.append((name, self._list(f"velocity_constraint '{name}'", gamma)))
+
+    def contact(
+        self,
+        name: str,
+        *,
+        g_N: Any,
+        gamma_F: Any = None,
+        mu: Any = 0,
+        e_N: Any = 0,
+        e_F: Any = 0,
+        guard: Any = None,
+    ) -> None:
+        """Add a unilateral contact with Newton impacts and Coulomb friction.
+
+        Parameters
+        ----------
+        name : str
+            Name of the contact.
+        g_N : expression
+            Gap g_N(t, q) >= 0.
+        gamma_F : None, expression, or list of one or two expressions
+            Slip velocity gamma_F(t, q, v), affine in v: frictionless, planar or spatial.
+        mu, e_N, e_F : number or expression of parameters
+            Friction coefficient >= 0, normal and tangential restitution in [0, 1].
+        guard : expression of t and q, optional
+            The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
+        """
+        if g_N is None:
+            raise ModelError(self.name, f"contact '{name}'", "g_N is None", "Give the gap g_N(t, q)")
+        self._add_contact(name, g_N, gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
+
+    def friction(self, name: str, *, gamma_F: Any, bound: Any) -> None:
+        """Add friction with a given force bound: a brake, a joint with dry friction.
+
+        Parameters
+        ----------
+        name : str
+            Name of the friction element.
+        gamma_F : expression or list of one or two expressions
+            Slip velocity gamma_F(t, q, v), affine in v.
+        bound : number or expression of t, q, u and parameters
+            Largest friction force; a negative value counts as zero.
+        """
+        self._add_contact(name, None, gamma_F, bound=bound)
+        if not self.contacts[-1].gamma_F:
+            raise ModelError(
+                self.name, f"friction '{name}'", "has no slip velocity", "Give gamma_F(t, q, v)"
+            )
+
+    def output(self, name: str, expr: Any) -> None:
+        """Add a named quantity of t, q, v, u that trajectories carry along."""
+        self._claim(name, "output", symbol=False)
+        self.outputs.append((name, expr))
+
+    def initial_state(self, q: Any, v: Any = None, t: Any = 0) -> None:
+        """Give the state a run starts from unless told otherwise.
+
+        Parameters
+        ----------
+        q, v : sequence of n_q entries, or mapping from name to entry
+            Numbers or expressions of parameters; a mapping sets the rest to zero; v is zero by
+            default. The mapping for v is keyed by coordinate or velocity name.
+        t : number or expression of parameters
+            Initial time.
+        """
+        n = len(self.q)
+        self.start = {
+            "q": self._column("initial_state(q=...)", q),
+            "v": [0] * n if v is None else self._column("initial_state(v=...)", v),
+            "t": t,
+        }
+
+    # --- helpers ---------------------------------------------------------------------------------
+
+    def _claim(self, name: str, kind: str, symbol: bool = True) -> None:
+        what = f"{kind} '{name}'"
+        check_identifier(self.name, what, name, symbol)
+        if name in self._taken:
+            raise ModelError(
+                self.name,
+                what,
+                f"the name is used twice, first as a {self._taken[name]}",
+                "Give every symbol, constraint, contact and output a name of its own",
+            )
+        self._taken[name] = kind
+
+    def _add_contact(self, name: str, g_N: Any, gamma_F: Any, **laws: Any) -> None:
+        kind = "friction" if g_N is None else "contact"
+        self._claim(name, kind, symbol=False)
+        components = [] if gamma_F is None else self._list(f"gamma_F of {kind} '{name}'", gamma_F)
+        if len(components) > 2:
+            raise ModelError(
+                self.name,
+                f"gamma_F of {kind} '{name}'",
+                f"has {len(components)} components",
+                "Give none (frictionless), one (planar) or two (spatial)",
+            )
+        self.contacts.append(ContactDeclaration(name, g_N, components, **laws))
+
+    def _list(self, what: str, expressions: Any) -> list[Any]:
+        """One expression, a list, or a column matrix, as a list."""
+        shape = getattr(expressions, "shape", None)
+        if shape is not None and shape != ():
+            if len(shape) == 2 and 1 not in shape or len(shape) > 2:
+                raise ModelError(
+                    self.name, what, f"has shape {'x'.join(map(str, shape))}", "Give a list or a column"
+                )
+            count = 1
+            for extent in shape:
+                count *= int(extent)
+            return [expressions[k] for k in range(count)]
+        if isinstance(expressions, (list, tuple)):
+            return list(expressions)
+        return [expressions]
+
+    def _column(self, what: str, entries: Any) -> list[Any]:
+        n = len(self.q)
+        if isinstance(entries, Mapping):
+            index = {name: k for k, name in enumerate(self.coordinate_names)}
+            index |= {name: k for k, name in enumerate(self.velocity_names)}
+            column: list[Any] = [0] * n
+            for name, entry in entries.items():
+                if name not in index:
+                    raise ModelError(
+                        self.name,
+                        what,
+                        f"there is no coordinate '{name}'",
+                        f"Coordinates are: {' '.join(self.coordinate_names)}",
+                    )
+                column[index[name]] = entry
+            return column
+        column = self._list(what, entries)
+        if len(column) != n:
+            raise ModelError(
+                self.name,
+                what,
+                f"has {len(column)} entries for {n} coordinates ({' '.join(self.coordinate_names)})",
+                "Give one entry for each coordinate",
+            )
+        return column
+
+    def _check_parameter(self, what: str, declared: par) -> None:
+        values = {"default": declared.default, "min": declared.min, "max": declared.max}
+        for key, value in values.items():
+            if value is None and key != "default":
+                continue
+            if not is_number(value) or not abs(float(value)) < float("inf"):  # type: ignore[arg-type]
+                raise ModelError(
+                    self.name, what, f"its {key} is {value!r}", "Give a finite number or sg.par(number)"
+                )
+        default = float(declared.default)
+        if (declared.min is not None and default < declared.min) or (
+            declared.max is not None and default > declared.max
+        ):
+            raise ModelError(
+                self.name,
+                what,
+                f"its default {default:g} is outside [{declared.min}, {declared.max}]",
+                "Change the default or the bounds",
+            )

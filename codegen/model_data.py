@@ -1,0 +1,102 @@
+"""The frozen model: what the user wrote, checked, as CasADi SX."""
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A run-time parameter with its default and bounds."""
+
+    name: str
+    default: float
+    unit: str = ""
+    min: float | None = None
+    max: float | None = None
+    doc: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A unilateral contact, or (``g_N is None``) friction with a given bound.
+
+    Attributes
+    ----------
+    g_N : SX scalar or None
+        Gap, ``g_N(t, q) >= 0``.
+    gamma_F : SX, shape (0 | 1 | 2, 1)
+        Slip velocity, affine in v.
+    mu, e_N, e_F : SX scalar
+        Friction and restitution coefficients, functions of the parameters.
+    bound : SX scalar or None
+        Largest friction force where ``g_N is None``.
+    guard : SX scalar or None
+        The contact exists in a step iff ``guard(t_n, q_n) >= 0``.
+    """
+
+    name: str
+    g_N: ca.SX | None
+    gamma_F: ca.SX
+    mu: ca.SX
+    e_N: ca.SX
+    e_F: ca.SX
+    bound: ca.SX | None = None
+    guard: ca.SX | None = None
+
+    @property
+    def n_F(self) -> int:
+        """Number of slip components."""
+        return int(self.gamma_F.numel())
+
+
+@dataclass(frozen=True, eq=False)
+class ModelData:
+    """A validated model in one representation.
+
+    `t`, `q`, `v`, `u`, `par` are columns of SX symbols; every expression depends on them alone.
+    """
+
+    name: str
+    symbols: str
+    t: ca.SX
+    q: ca.SX
+    v: ca.SX
+    u: ca.SX
+    par: ca.SX
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    L: ca.SX
+    f: ca.SX
+    g: ca.SX
+    gamma: ca.SX
+    g_blocks: tuple[tuple[str, int], ...]
+    gamma_blocks: tuple[tuple[str, int], ...]
+    contacts: tuple[Contact, ...]
+    outputs: tuple[tuple[str, ca.SX], ...]
+    q0: ca.SX
+    v0: ca.SX
+    t0: ca.SX
+    doc: str = field(default="")
+
+    @property
+    def n_q(self) -> int:
+        return len(self.coordinates)
+
+    @property
+    def n_g(self) -> int:
+        return int(self.g.numel())
+
+    @property
+    def n_gamma(self) -> int:
+        return int(self.gamma.numel())
+
+    @property
+    def n_N(self) -> int:
+        return sum(c.g_N is not None for c in self.contacts)
+
+    @property
+    def n_F(self) -> int:
+        return sum(c.n_F for c in self.contacts)

@@ -1,0 +1,406 @@
+"""The one frozen object that templates and the manifest are made from."""
+
+import hashlib
+import re
+from dataclasses import asdict, dataclass
+from importlib import resources
+from typing import Any
+
+import casadi as ca
+import sympy as sp
+
+from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
+from signorini.codegen.cprint import PRECISIONS, Precision
+from signorini.codegen.derive import Derivation
+from signorini.codegen.errors import GenerationError
+from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
+from signorini.codegen.lobatto import lobatto_scheme
+from signorini.codegen.model_data import ModelData, Parameter
+from signorini.codegen.names import C_KEYWORDS, CPP_KEYWORDS
+from signorini.codegen.scheme import Assembly, Call, Scheme
+from signorini.version import __version__
+
+SCHEMES = {"lobatto": lobatto_scheme}
+RUNTIME_FILES = (
+    "sg_real.h",
+    "sg_types.h",
+    "sg_linalg.c",
+    "sg_prox.c",
+    "sg_scale.c",
+    "sg_newton.c",
+    "sg_solve.c",
+    "sg_check.c",
+    "sg_step.c",
+    "sg_simulate.c",
+)
+
+# Public model functions and their arguments; those without entries are left out.
+PUBLIC: tuple[tuple[str, str], ...] = (
+    ("L", "tqv"),
+    ("energy", "tqv"),
+    ("p", "tqv"),
+    ("p_q", "tqv"),
+    ("p_v", "tqv"),
+    ("L_q", "tqv"),
+    ("L_q_q", "tqv"),
+    ("L_q_v", "tqv"),
+    ("f", "tqvu"),
+    ("f_q", "tqvu"),
+    ("f_v", "tqvu"),
+    ("g", "tq"),
+    ("g_dot", "tqv"),
+    ("W_g", "tq"),
+    ("chi_g", "tq"),
+    ("gamma", "tqv"),
+    ("gamma_q", "tqv"),
+    ("W_gamma", "tq"),
+    ("chi_gamma", "tq"),
+    ("g_N", "tq"),
+    ("g_N_dot", "tqv"),
+    ("W_N", "tq"),
+    ("chi_N", "tq"),
+    ("gamma_F", "tqv"),
+    ("gamma_F_q", "tqv"),
+    ("W_F", "tq"),
+    ("chi_F", "tq"),
+    ("bound", "tqu"),
+    ("guard", "tq"),
+    ("mu", ""),
+    ("e_N", ""),
+    ("e_F", ""),
+    ("WR", "tqR"),
+    ("WR_q", "tqR"),
+    ("outputs", "tqvu"),
+)
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """One contact as the tables of C and Python need it."""
+
+    name: str
+    normal: int
+    friction: int
+    components: int
+    bound: int
+    guarded: bool
+
+
+@dataclass(frozen=True)
+class Step:
+    """One statement of a generated routine: a call of an evaluating function, or an assembly."""
+
+    function: str
+    arguments: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ProblemSpec:
+    """One nonlinear problem as the templates print it."""
+
+    name: str
+    equations: str
+    n_x: int
+    n_slots: int
+    x: int
+    lam: int
+    response_row: int
+    level: str
+    follows: bool
+    response: tuple[tuple[str, str], ...]
+    values: tuple[Step, ...]
+    derivatives: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class EmitSpec:
+    """Everything the templates see."""
+
+    version: str
+    model: str
+    doc: str
+    prefix: str
+    upper: str
+    symbols: str
+    scheme: str
+    title: str
+    stages: int
+    precision: Precision
+    sizes: Sizes
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    defaults: tuple[str, ...]
+    g_blocks: tuple[tuple[str, int], ...]
+    gamma_blocks: tuple[tuple[str, int], ...]
+    contacts: tuple[ContactRow, ...]
+    outputs: tuple[str, ...]
+    statuses: tuple[tuple[str, str], ...]
+    structs: tuple[Struct, ...]
+    functions: tuple[CFunction, ...]
+    helpers: tuple[CFunction, ...]
+    consistency: CFunction
+    initial_state: CFunction
+    start: tuple[Step, ...]
+    problems: tuple[ProblemSpec, ...]
+    finish: CFunction
+    record: CFunction
+    runtime: str
+    runtime_hash: str
+    model_hash: str
+    tools: tuple[tuple[str, str], ...]
+    example_h: str
+    example_steps: int
+
+
+def runtime_source() -> str:
+    """The plain C files of the runtime, in the order in which they stand in the output."""
+    folder = resources.files("signorini.runtime") / "c"
+    parts = []
+    for name in RUNTIME_FILES:
+        text = (folder / name).read_text(encoding="utf-8")
+        parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text.rstrip()}\n")
+    return "\n".join(parts)
+
+
+def emit_spec(
+    data: ModelData,
+    *,
+    stages: int = 3,
+    scheme: str = "lobatto",
+    prefix: str | None = None,
+    precision: str = "double",
+) -> EmitSpec:
+    """Derive everything that is emitted for a model.
+
+    Parameters
+    ----------
+    data : ModelData
+        The checked model.
+    stages : int
+        Number of stages s >= 2.
+    scheme : str
+        Name of the scheme, "lobatto".
+    prefix : str, optional
+        Prefix of the C names; the model's name by default.
+    precision : {"double", "float"}
+        Real type of the generated code.
+
+    Raises
+    ------
+    GenerationError
+        For options out of range.
+    """
+    if scheme not in SCHEMES:
+        raise GenerationError(f"scheme {scheme!r} is unknown; there is: {', '.join(SCHEMES)}")
+    if precision not in PRECISIONS:
+        raise GenerationError(
+            f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
+        )
+    prefix = data.name if prefix is None else prefix
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", prefix) or prefix in C_KEYWORDS | CPP_KEYWORDS:
+        raise GenerationError(
+            f"prefix {prefix!r} is no identifier of at most 41 characters that C and C++ accept"
+        )
+    if prefix.startswith("sg_") or prefix == "sg" or "__" in prefix or prefix.endswith("_"):
+        raise GenerationError(
+            f"prefix {prefix!r} would collide: names starting with sg_, ending in _ or holding __ "
+            "are taken"
+        )
+    d = Derivation(data)
+    try:
+        plan = SCHEMES[scheme](d, stages)
+    except ValueError as error:
+        raise GenerationError(str(error)) from None
+    return _Builder(data, d, plan, prefix, PRECISIONS[precision]).spec()
+
+
+class _Builder:
+    def __init__(
+        self, data: ModelData, d: Derivation, plan: Scheme, prefix: str, precision: Precision
+    ) -> None:
+        self.data = data
+        self.d = d
+        self.plan = plan
+        self.prefix = prefix
+        self.precision = precision
+        self.writer = FunctionWriter(d, prefix, precision)
+        self.sizes = sizes(data, plan)
+        self.structs = structs(data, plan, self.sizes)
+        self.helpers: list[CFunction] = []
+        self.known_points = {s.name for s in self.structs}
+
+    def spec(self) -> EmitSpec:
+        data, plan = self.data, self.plan
+        for point in plan.points:
+            if point.name in self.known_points:
+                self.helpers.append(self.writer.point_function(point))
+        start = self.steps(plan.start)
+        problems = self.problems()
+        work = f"{self.prefix}_work *w"
+        finish = self.writer.assembly(plan.finish, (work,))
+        real = self.writer.real
+        record = self.writer.assembly(
+            plan.record,
+            (
+                f"const {self.prefix}_work *w",
+                *(f"{real} {name}[]" for name in ("stage_t", "stage_q", "stage_v", "stage_R")),
+            ),
+        )
+        functions = tuple(
+            self.writer.model_function(name, (*arguments, "par"))
+            for name, arguments in PUBLIC
+            if self.d[name].numel()
+        )
+        runtime = runtime_source()
+        number = self.precision.number
+        return EmitSpec(
+            version=__version__,
+            model=data.name,
+            doc=data.doc,
+            prefix=self.prefix,
+            upper=self.prefix.upper(),
+            symbols=data.symbols,
+            scheme=plan.name,
+            title=plan.title,
+            stages=plan.stages,
+            precision=self.precision,
+            sizes=self.sizes,
+            coordinates=data.coordinates,
+            velocities=data.velocities,
+            inputs=data.inputs,
+            parameters=data.parameters,
+            defaults=tuple(number(p.default) for p in data.parameters),
+            g_blocks=data.g_blocks,
+            gamma_blocks=data.gamma_blocks,
+            contacts=tuple(contact_rows(data)),
+            outputs=tuple(name for name, _ in data.outputs),
+            statuses=STATUSES,
+            structs=self.structs,
+            functions=functions,
+            helpers=tuple(self.helpers),
+            consistency=self.writer.consistency(self.sizes.n_contacts),
+            initial_state=self.writer.initial_state(),
+            start=start,
+            problems=problems,
+            finish=finish,
+            record=record,
+            runtime=runtime,
+            runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
+            model_hash=_model_hash(functions, data),
+            tools=(("SymPy", sp.__version__), ("CasADi", ca.__version__)),
+            example_h=number(0.01),
+            example_steps=100,
+        )
+
+    def steps(self, parts: tuple[Call | Assembly, ...]) -> tuple[Step, ...]:
+        steps = []
+        for part in parts:
+            if isinstance(part, Call):
+                if part.point in self.known_points:
+                    arguments = (*(self._constant(a) for a in part.arguments), part.place)
+                    steps.append(Step(f"evaluate_{part.point}", arguments))
+            elif any(t.size for t in part.targets):
+                self.helpers.append(self.writer.assembly(part, (f"{self.prefix}_work *w",)))
+                steps.append(Step(part.name, ("w",)))
+        return tuple(steps)
+
+    def _constant(self, argument: str) -> str:
+        return re.sub(r"\{([^}]+)\}", lambda m: self.precision.number(float(m[1])), argument)
+
+    def problems(self) -> tuple[ProblemSpec, ...]:
+        specs = []
+        x = lam = row = 0
+        for p in self.plan.problems:
+            specs.append(
+                ProblemSpec(
+                    name=p.name,
+                    equations=p.equations,
+                    n_x=p.n_x,
+                    n_slots=p.n_slots,
+                    x=x,
+                    lam=lam,
+                    response_row=row,
+                    level=p.level,
+                    follows=p.follows,
+                    response=tuple(
+                        (self.precision.number(a), self.precision.number(b)) for a, b in p.response
+                    ),
+                    values=self.steps(p.values),
+                    derivatives=self.steps(p.derivatives),
+                )
+            )
+            x += p.n_x
+            lam += p.n_slots * self.sizes.n_R
+            row += p.n_slots
+        return tuple(specs)
+
+
+def contact_rows(data: ModelData) -> list[ContactRow]:
+    """Rows of each contact in the percussion vectors."""
+    rows = []
+    normal = friction = bound = 0
+    for c in data.contacts:
+        is_contact = c.g_N is not None
+        rows.append(
+            ContactRow(
+                c.name,
+                normal if is_contact else -1,
+                friction,
+                c.n_F,
+                -1 if is_contact else bound,
+                c.guard is not None,
+            )
+        )
+        normal += is_contact
+        bound += not is_contact
+        friction += c.n_F
+    return rows
+
+
+def _model_hash(functions: tuple[CFunction, ...], data: ModelData) -> str:
+    """Content hash of what the model says, independent of its source text."""
+    text = repr((functions, data.coordinates, data.parameters, data.inputs))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def manifest(spec: EmitSpec) -> dict[str, Any]:
+    """What a loader needs: names, sizes, struct layouts, function signatures."""
+    return {
+        "generator": f"signorini {spec.version}",
+        "model": spec.model,
+        "doc": spec.doc,
+        "prefix": spec.prefix,
+        "scheme": spec.scheme,
+        "stages": spec.stages,
+        "precision": spec.precision.name,
+        "sizes": asdict(spec.sizes),
+        "coordinates": list(spec.coordinates),
+        "velocities": list(spec.velocities),
+        "inputs": list(spec.inputs),
+        "parameters": [asdict(p) for p in spec.parameters],
+        "constraints": [list(b) for b in spec.g_blocks],
+        "velocity_constraints": [list(b) for b in spec.gamma_blocks],
+        "contacts": [asdict(c) for c in spec.contacts],
+        "outputs": list(spec.outputs),
+        "statuses": [list(s) for s in spec.statuses],
+        "structs": {s.name: [_field(f) for f in s.fields] for s in spec.structs},
+        "functions": {
+            f.name: {"arguments": list(f.arguments), "shape": list(f.shape)} for f in spec.functions
+        },
+        "problems": [
+            {"name": p.name, "n_x": p.n_x, "n_slots": p.n_slots, "x": p.x, "lambda": p.lam}
+            for p in spec.problems
+        ],
+        "runtime_hash": spec.runtime_hash,
+        "model_hash": spec.model_hash,
+        "tools": dict(spec.tools),
+    }
+
+
+def _field(f: Field) -> dict[str, Any]:
+    return {"name": f.name, "type": f.type, "extent": f.extent if f.dims else 0}
+
+
+__all__ = ["CFunction", "EmitSpec", "Section", "emit_spec", "manifest", "runtime_source"]

@@ -1,0 +1,117 @@
+"""Lobatto IIIA-IIIB tableaux for any number of stages, to 50 digits, rounded once."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import mpmath as mp
+import numpy as np
+
+DIGITS = 50
+MAX_STAGES = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Tableau:
+    """A Lobatto IIIA-IIIB pair.
+
+    Attributes
+    ----------
+    s : int
+        Number of stages.
+    c, b : tuple of mpf, length s
+        Nodes and weights.
+    a, a_hat : tuple of rows of mpf, s x s
+        Lobatto IIIA and IIIB coefficients, the latter by (46).
+    """
+
+    s: int
+    c: tuple[mp.mpf, ...]
+    b: tuple[mp.mpf, ...]
+    a: tuple[tuple[mp.mpf, ...], ...]
+    a_hat: tuple[tuple[mp.mpf, ...], ...]
+
+    @property
+    def a_a_hat(self) -> list[list[mp.mpf]]:
+        """The product A A_hat: response of the positions to the forces."""
+        with mp.workdps(DIGITS):
+            s = range(self.s)
+            return [
+                [mp.fsum(self.a[i][k] * self.a_hat[k][j] for k in s) for j in s] for i in s
+            ]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The coefficients rounded to double: ``c``, ``b``, ``a``, ``a_hat``."""
+        return {
+            name: np.array(
+                [[float(x) for x in row] if isinstance(row, tuple) else float(row) for row in rows]
+            )
+            for name, rows in (("c", self.c), ("b", self.b), ("a", self.a), ("a_hat", self.a_hat))
+        }
+
+
+@cache
+def lobatto(s: int) -> Tableau:
+    """Return the s-stage Lobatto IIIA-IIIB pair.
+
+    Parameters
+    ----------
+    s : int
+        Number of stages, 2 <= s <= 12.
+
+    Raises
+    ------
+    ValueError
+        If `s` is out of range.
+
+    Notes
+    -----
+    The nodes are 0, 1 and the roots of the derivative of the shifted Legendre polynomial of
+    degree s - 1; a_ij = int_0^c_i l_j, b_j = int_0^1 l_j with the Lagrange basis l; the second
+    tableau is a_hat_ij = b_j - b_j a_ji / b_i (46).
+    """
+    if not isinstance(s, int) or isinstance(s, bool) or not 2 <= s <= MAX_STAGES:
+        raise ValueError(f"stages = {s!r}: Lobatto IIIA-IIIB takes 2 to {MAX_STAGES} stages")
+    with mp.workdps(DIGITS + 20):
+        c = _nodes(s)
+        basis = [_lagrange(c, j) for j in range(s)]
+        a = tuple(tuple(_integral(l_j, c_i) for l_j in basis) for c_i in c)
+        b = a[-1]
+        a_hat = tuple(
+            tuple(mp.mpf(0) if j == s - 1 else b[j] - b[j] * a[j][i] / b[i] for j in range(s))
+            for i in range(s)
+        )
+    return Tableau(s, tuple(c), b, a, a_hat)
+
+
+def _nodes(s: int) -> list[mp.mpf]:
+    def slope(x: mp.mpf) -> mp.mpf:  # (1 - x^2) P'_n(x) / n of the Legendre polynomial on [-1, 1]
+        return mp.legendre(s - 2, x) - x * mp.legendre(s - 1, x)
+
+    inner = []
+    for k in range(1, s - 1):
+        # Extrema of the Chebyshev polynomial lie close to the nodes.
+        inner.append(mp.findroot(slope, -mp.cos(mp.pi * k / (s - 1))))
+    half = [(x + 1) / 2 for x in inner]
+    for k in range(len(half) // 2):  # the nodes are symmetric: make them so to the last digit
+        half[-1 - k] = 1 - half[k]
+    if len(half) % 2:
+        half[len(half) // 2] = mp.mpf(1) / 2
+    return [mp.mpf(0), *half, mp.mpf(1)]
+
+
+def _lagrange(c: list[mp.mpf], j: int) -> list[mp.mpf]:
+    """Coefficients, constant first, of the Lagrange polynomial of node j."""
+    poly = [mp.mpf(1)]
+    for k, c_k in enumerate(c):
+        if k != j:
+            scale = c[j] - c_k
+            shifted = [mp.mpf(0), *poly]
+            poly = [
+                (up - c_k * low) / scale
+                for up, low in zip(shifted, [*poly, mp.mpf(0)], strict=True)
+            ]
+    return poly
+
+
+def _integral(poly: list[mp.mpf], x: mp.mpf) -> mp.mpf:
+    return mp.fsum(p * x ** (k + 1) / (k + 1) for k, p in enumerate(poly))

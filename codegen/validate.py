@@ -1,0 +1,381 @@
+"""Checks a declared model and freezes it; every error names equation, symbol and remedy."""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from signorini.codegen.errors import ModelError
+from signorini.codegen.model import ContactDeclaration, Model
+from signorini.codegen.model_data import Contact, ModelData, Parameter
+from signorini.codegen.symbols import is_number
+
+# Operations of CasADi without a counterpart in C99.
+_NOT_IN_C = {ca.OP_ERFINV: "erfinv", ca.OP_PRINTME: "printme", ca.OP_LIFT: "lift"}
+_SINGULAR = 1e-11  # reciprocal condition of an equilibrated Hessian below which it is singular
+_PROBES = 8
+
+
+def freeze(model: Model) -> ModelData:
+    """Check `model` and return it as frozen `ModelData`.
+
+    Raises
+    ------
+    ModelError
+        Naming the model, the equation, the symbol or value, and what to do.
+    """
+    return _Freezer(model).freeze()
+
+
+class _Freezer:
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.name = model.name
+        self.t = self._symbols([model.time])
+        self.q = self._symbols(model.q)
+        self.v = self._symbols(model.v)
+        self.par = self._symbols(model.par)
+        self.u = self._symbols(model.u)
+
+    def _symbols(self, symbols: list[Any]) -> ca.SX:
+        world = self.model.world
+        column = [world.to_sx(self.name, "declared symbols", s) for s in symbols]
+        return ca.vertcat(ca.SX(0, 1), *column)
+
+    def freeze(self) -> ModelData:
+        model = self.model
+        if not model.q:
+            raise ModelError(
+                self.name, "coordinates", "there are none", 'Declare them: m.coordinates("x y")'
+            )
+        if model.L is None:
+            raise ModelError(
+                self.name, "lagrangian", "it is missing", "Assign m.lagrangian = T - V"
+            )
+        L = self.scalar("the Lagrangian L", model.L, "tqvp", smooth=True)
+        data = ModelData(
+            name=self.name,
+            symbols=model.world.name,
+            t=self.t,
+            q=self.q,
+            v=self.v,
+            u=self.u,
+            par=self.par,
+            coordinates=tuple(model.coordinate_names),
+            velocities=tuple(model.velocity_names),
+            inputs=tuple(model.input_names),
+            parameters=tuple(
+                Parameter(
+                    name,
+                    float(p.default),
+                    p.unit,
+                    None if p.min is None else float(p.min),
+                    None if p.max is None else float(p.max),
+                    p.doc,
+                )
+                for name, p in model.parameter_table.items()
+            ),
+            L=L,
+            f=self.force(),
+            g=self.blocks("constraint", model.constraints),
+            gamma=self.blocks("velocity_constraint", model.velocity_constraints),
+            g_blocks=tuple((name, len(e)) for name, e in model.constraints),
+            gamma_blocks=tuple((name, len(e)) for name, e in model.velocity_constraints),
+            contacts=tuple(self.contact(c) for c in model.contacts),
+            outputs=tuple(
+                (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
+            ),
+            doc=model.doc,
+            **self.start(),
+        )
+        _check_mass_matrix(data)
+        _check_start_values(data)
+        return data
+
+    # --- pieces ----------------------------------------------------------------------------------
+
+    def scalar(self, equation: str, expr: Any, depends: str, smooth: bool = False) -> ca.SX:
+        """Translate one expression; `depends` lists what it may depend on (t, q, v, u, p)."""
+        world = self.model.world
+        sx = world.to_sx(self.name, equation, expr)
+        self._check_numbers(equation, sx)
+        for letter, column, what, remedy in (
+            ("t", self.t, "time", "It must not depend on time"),
+            ("q", self.q, "coordinate", "It must not depend on coordinates"),
+            ("v", self.v, "velocity", _REMEDY_V),
+            ("u", self.u, "input", "Only forces, bounds and outputs may depend on inputs"),
+        ):
+            if letter not in depends:
+                for k in range(column.numel()):
+                    if ca.depends_on(sx, column[k]):
+                        raise ModelError(
+                            self.name, equation, f"depends on the {what} '{column[k].name()}'", remedy
+                        )
+        if smooth:
+            part = world.nonsmooth_part(expr)
+            if part is not None:
+                raise ModelError(
+                    self.name,
+                    equation,
+                    f"contains {part}, which is not twice continuously differentiable",
+                    "Rewrite it, or vouch for two continuous derivatives with sg.smooth(...)",
+                )
+        return sx
+
+    def _check_numbers(self, equation: str, sx: ca.SX) -> None:
+        f = ca.Function("f", [ca.vertcat(*ca.symvar(sx))], [sx])
+        for k in range(f.n_instructions()):
+            op = f.instruction_id(k)
+            if op in _NOT_IN_C:
+                raise ModelError(
+                    self.name,
+                    equation,
+                    f"contains {_NOT_IN_C[op]}",
+                    "C99 has no such function: write it with elementary ones",
+                )
+            if op == ca.OP_CONST and not np.isfinite(f.instruction_constant(k)):
+                raise ModelError(
+                    self.name,
+                    equation,
+                    f"contains the number {f.instruction_constant(k)}",
+                    "Every number must be finite",
+                )
+
+    def force(self) -> ca.SX:
+        total = ca.SX.zeros(len(self.model.q), 1)
+        for entries in self.model.forces:
+            for k, (name, entry) in enumerate(
+                zip(self.model.coordinate_names, entries, strict=True)
+            ):
+                total[k] += self.scalar(f"the force on '{name}'", entry, "tqvup")
+        return total
+
+    def blocks(self, kind: str, blocks: list[tuple[str, list[Any]]]) -> ca.SX:
+        rows = []
+        for name, expressions in blocks:
+            if not expressions:
+                raise ModelError(self.name, f"{kind} '{name}'", "has no equation", "Give at least one")
+            for k, expr in enumerate(expressions):
+                equation = f"{kind} '{name}'" + (f" [{k}]" if len(expressions) > 1 else "")
+                if kind == "constraint":
+                    rows.append(self.scalar(equation, expr, "tqp", smooth=True))
+                    self._check_depends(equation, rows[-1], self.q, "coordinate")
+                else:
+                    rows.append(self.affine(equation, expr))
+        return ca.vertcat(ca.SX(0, 1), *rows)
+
+    def affine(self, equation: str, expr: Any) -> ca.SX:
+        sx = self.scalar(equation, expr, "tqvp")
+        _check_affine(self.name, equation, sx, self.t, self.q, self.v, self.par)
+        self._check_depends(equation, sx, self.v, "velocity")
+        return sx
+
+    def _check_depends(self, equation: str, sx: ca.SX, column: ca.SX, what: str) -> None:
+        if not ca.depends_on(sx, column):
+            raise ModelError(
+                self.name,
+                equation,
+                f"contains no {what}",
+                "It restricts nothing: leave it out or correct it",
+            )
+
+    def contact(self, c: ContactDeclaration) -> Contact:
+        where = f"{c.kind} '{c.name}'"
+        g_N = bound = guard = None
+        if c.g_N is not None:
+            if isinstance(c.g_N, (list, tuple)):
+                raise ModelError(
+                    self.name, f"g_N of {where}", "is a list", "Give one gap for each contact"
+                )
+            g_N = self.scalar(f"g_N of {where}", c.g_N, "tqp", smooth=True)
+            self._check_depends(f"g_N of {where}", g_N, self.q, "coordinate")
+        else:
+            bound = self.scalar(f"bound of {where}", c.bound, "tqup")
+            if is_number(c.bound) and float(c.bound) < 0:
+                raise ModelError(
+                    self.name, f"bound of {where}", f"is {c.bound}", "A friction bound is >= 0"
+                )
+        if c.guard is not None:
+            guard = self.scalar(f"guard of {where}", c.guard, "tqp")
+        rows = [
+            self.affine(f"gamma_F of {where}" + (f" [{k}]" if len(c.gamma_F) > 1 else ""), e)
+            for k, e in enumerate(c.gamma_F)
+        ]
+        laws = {}
+        for law, value, top in (("mu", c.mu, None), ("e_N", c.e_N, 1.0), ("e_F", c.e_F, 1.0)):
+            equation = f"{law} of {where}"
+            if is_number(value):
+                number = float(value)
+                if not number >= 0 or (top is not None and number > top):
+                    allowed = "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
+                    raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
+            laws[law] = self.scalar(equation, value, "p")
+        return Contact(
+            name=c.name,
+            g_N=g_N,
+            gamma_F=ca.vertcat(ca.SX(0, 1), *rows),
+            bound=bound,
+            guard=guard,
+            **laws,
+        )
+
+    def start(self) -> dict[str, ca.SX]:
+        start = self.model.start
+        if start is None:
+            raise ModelError(
+                self.name, "initial_state", "it is missing", "Call m.initial_state(q=[...], v=[...])"
+            )
+        columns = {}
+        for key, letter, names in (
+            ("q", "q0", self.model.coordinate_names),
+            ("v", "v0", self.model.velocity_names),
+        ):
+            if len(start[key]) != len(names):
+                raise ModelError(
+                    self.name,
+                    f"initial_state({key}=...)",
+                    f"has {len(start[key])} entries for {len(names)} coordinates",
+                    "Call initial_state after all coordinates are declared",
+                )
+            columns[letter] = ca.vertcat(
+                ca.SX(0, 1),
+                *(
+                    self.scalar(f"the initial value of '{name}'", entry, "p")
+                    for name, entry in zip(names, start[key], strict=True)
+                ),
+            )
+        columns["t0"] = self.scalar("the initial time", start["t"], "p")
+        return columns
+
+
+_REMEDY_V = "Gaps and position constraints hold coordinates only: use a velocity_constraint"
+
+
+def _check_affine(
+    model: str, equation: str, sx: ca.SX, t: ca.SX, q: ca.SX, v: ca.SX, par: ca.SX
+) -> None:
+    """Raise unless `sx` is affine in v."""
+    curvature = ca.hessian(sx, v)[0]
+    if curvature.nnz() == 0:
+        return
+    # Structure alone cannot see (v + 1)^2 - v^2; numbers can.
+    f = ca.Function("f", [t, q, v, par], [curvature, ca.jacobian(sx, v)])
+    rng = np.random.default_rng(0)
+    for _ in range(_PROBES):
+        draw = [rng.uniform(0.3, 1.7, x.numel()) for x in (t, q, v, par)]
+        H, W = (np.asarray(x) for x in f(*draw))
+        scale = np.max(np.abs(W), initial=1.0)
+        if np.all(np.isfinite(H)) and np.max(np.abs(H), initial=0.0) > 1e-9 * scale:
+            i, _j = np.unravel_index(int(np.argmax(np.abs(H))), H.shape)
+            raise ModelError(
+                model,
+                equation,
+                f"is not affine in the velocity '{v[int(i)].name()}'",
+                "Write it as W(t, q)^T v + chi(t, q)",
+            )
+
+
+def _check_mass_matrix(data: ModelData) -> None:
+    """Raise if the Hessian of L in v is singular at the initial state or wherever probed."""
+    M = ca.Function("M", [data.t, data.q, data.v, data.par], [ca.hessian(data.L, data.v)[0]])
+    equation = "the Lagrangian L"
+    present = set(M.sparsity_out(0).row())
+    for k, name in enumerate(data.velocities):
+        if k not in present:
+            raise ModelError(
+                data.name,
+                equation,
+                f"its Hessian in v is singular: L does not contain the square of '{name}'",
+                "Give every coordinate a mass or an inertia",
+            )
+    par = np.array([p.default for p in data.parameters])
+    t0, q0, v0 = _numbers(data, par)
+    rng = np.random.default_rng(1)
+    draws = [(q0, v0)] + [
+        (q0 + rng.uniform(-0.5, 0.5, q0.size), v0 + rng.uniform(-0.5, 0.5, v0.size))
+        for _ in range(_PROBES)
+    ]
+    singular = [_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws]
+    if singular[0] is None:
+        return
+    names = [data.velocities[k] for k in singular[0]]
+    where = "at every state tried" if all(s is not None for s in singular) else "at the initial state"
+    raise ModelError(
+        data.name,
+        equation,
+        f"its Hessian in v (the mass matrix) is singular {where}, in the directions of "
+        + ", ".join(f"'{n}'" for n in names),
+        "Give these velocities inertia; for a unit quaternion p add c*(p.p_dot)^2 with c of the "
+        "size of the inertia to T, a term that vanishes on the constraint",
+    )
+
+
+def _singular_direction(M: np.ndarray) -> list[int] | None:
+    """Indices that take part in the null space of M, or None if M is regular."""
+    if not np.all(np.isfinite(M)):
+        return None  # reported with its value by the check of the initial values
+    d = np.sqrt(np.abs(np.diag(M)))
+    d[d == 0] = np.sqrt(np.max(np.abs(M), initial=0.0)) or 1.0
+    scaled = M / np.outer(d, d)
+    _, sigma, vt = np.linalg.svd(scaled)
+    if sigma[-1] > _SINGULAR * sigma[0]:
+        return None
+    return [int(k) for k in np.flatnonzero(np.abs(vt[-1]) > 0.1)]
+
+
+def _numbers(data: ModelData, par: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    f = ca.Function("start", [data.par], [data.t0, data.q0, data.v0])
+    t0, q0, v0 = f(par)
+    return float(t0), np.asarray(q0).ravel(), np.asarray(v0).ravel()
+
+
+def _check_start_values(data: ModelData) -> None:
+    """Raise if an expression is not finite at the initial state with the default parameters."""
+    par = np.array([p.default for p in data.parameters])
+    t0, q0, v0 = _numbers(data, par)
+    u = np.zeros(len(data.inputs))
+    for name, value in zip(data.coordinates, q0, strict=True):
+        if not np.isfinite(value):
+            raise ModelError(data.name, f"the initial value of '{name}'", f"is {value}", _FINITE)
+    H = ca.hessian(data.L, data.v)[0]
+    checks: list[tuple[str, ca.SX]] = [
+        ("the Lagrangian L", data.L),
+        ("the gradient of L in q", ca.jacobian(data.L, data.q)),
+        ("the Hessian of L in v", H),
+        ("the force f", data.f),
+        ("the constraints g", data.g),
+        ("the gradient of g", ca.jacobian(data.g, data.q)),
+        ("the velocity constraints gamma", data.gamma),
+    ]
+    for c in data.contacts:
+        if c.g_N is not None:
+            checks.append((f"g_N of contact '{c.name}'", c.g_N))
+            checks.append((f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q)))
+        checks.append((f"gamma_F of '{c.name}'", c.gamma_F))
+        for law, value, low, top in (
+            ("mu", c.mu, 0.0, np.inf),
+            ("e_N", c.e_N, 0.0, 1.0),
+            ("e_F", c.e_F, 0.0, 1.0),
+        ):
+            number = float(ca.Function("law", [data.par], [value])(par))
+            if not low <= number <= top:
+                raise ModelError(
+                    data.name,
+                    f"{law} of contact '{c.name}'",
+                    f"is {number:g} with the default parameters",
+                    "It must lie in [0, 1]" if top == 1.0 else "It must be >= 0",
+                )
+    for equation, expr in checks:
+        f = ca.Function("f", [data.t, data.q, data.v, data.u, data.par], [expr])
+        values = np.asarray(f(t0, q0, v0, u, par)).ravel()
+        if not np.all(np.isfinite(values)):
+            bad = values[~np.isfinite(values)][0]
+            raise ModelError(
+                data.name,
+                equation,
+                f"is {bad} at the initial state with the default parameters",
+                _FINITE,
+            )
+
+
+_FINITE = "Change the initial state, the parameters or the expression"

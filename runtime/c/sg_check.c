@@ -1,0 +1,149 @@
+/* Acceptance of a step. Reads the state before, the unknowns and what the model says at the
+   solution; shares nothing with the iteration that found it but the scales of the rows. */
+
+/* |x| within the checker's tolerance of `scale`, plus an absolute floor. NaN is not. */
+static int sg_small(real x, real scale, real floor, const SG(options) * opt) {
+    const real tol = sg_max(SG_CHECK, SG_C(16.0) * opt->tol);
+    real bound = tol * scale + SG_C(64.0) * floor;
+    if (opt->scaling == SG_K(SCALING_NONE)) {
+        bound = sg_max(bound, SG_C(16.0) * opt->tol);
+    }
+    return SG_FABS(x) <= bound;
+}
+
+/* 0 <= gap, 0 <= percussion, one of them zero. */
+static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percussion, real scale,
+                           const SG(options) * opt) {
+    return (gap >= SG_C(0.0) || sg_small(gap, gap_scale, gap_floor, opt)) &&
+           (percussion >= SG_C(0.0) || sg_small(percussion, scale, SG_C(0.0), opt)) &&
+           (sg_small(gap, gap_scale, gap_floor, opt) ||
+            sg_small(percussion, scale, SG_C(0.0), opt));
+}
+
+/* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. */
+static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
+                             real radius, real scale, const SG(options) * opt) {
+    const real size = sg_norm(n, percussion);
+    const real slip = sg_norm(n, gamma);
+    const real power = sg_dot(n, gamma, percussion);
+    const real bound = sg_max(radius, SG_C(0.0));
+    if (!sg_finite(size) || !sg_finite(slip)) {
+        return 0;
+    }
+    if (size > bound && !sg_small(size - bound, sg_max(scale, bound), SG_C(0.0), opt)) {
+        return 0;
+    }
+    return sg_small(bound * slip + power, sg_max(scale, bound) * sg_max(speed, slip), SG_C(0.0), opt);
+}
+
+/* Rows of one problem at the solution. */
+static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                            int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const real *lambda = &w->lambda[pr->lambda];
+    int slot, c, i, k;
+    SG(values)(w, par, problem);
+    sg_row_scales(w, problem);
+    if (!sg_all_finite(pr->n_x, &w->x[pr->x]) || !sg_all_finite(pr->n_slots * SG_NC, lambda)) {
+        return 0;
+    }
+    for (i = 0; i < pr->n_x; ++i) {
+        if (!sg_small(w->r[i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {
+            return 0;
+        }
+    }
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        const int base = slot * SG_NC;
+        for (c = 0; c < SG_NORMAL; ++c) {
+            const int gap = pr->level == SG_POSITION && sg_is_gap_row(c);
+            if (!sg_small(w->y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
+                          gap ? w->gap_floor[c] : SG_C(0.0), opt)) {
+                return 0;
+            }
+        }
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int f = SG_SLIP + contact->friction;
+            real radius = SG_C(0.0);
+            int closed = w->exists[k];
+            if (contact->normal >= 0) {
+                const int n = SG_NORMAL + contact->normal;
+                const real R = lambda[base + n];
+                const int position = pr->level == SG_POSITION;
+                if (pr->follows) {
+                    closed = closed && w->active[k];
+                }
+                if (!closed) {
+                    if (R != SG_C(0.0)) {
+                        return 0;
+                    }
+                } else if (!sg_check_normal(w->y[base + n], position ? w->h * w->speed[n] : w->speed[n],
+                                            position ? w->gap_floor[n] : SG_C(0.0), R,
+                                            sg_max(w->percussion_scale[n], SG_C(0.0)), opt)) {
+                    return 0;
+                }
+                radius = w->mu[k] * R;
+            } else {
+                radius = w->radius[slot * SG_NB + contact->bound];
+            }
+            if (!closed) {
+                for (i = 0; i < contact->components; ++i) {
+                    if (lambda[base + f + i] != SG_C(0.0)) {
+                        return 0;
+                    }
+                }
+            } else if (contact->components > 0 &&
+                       !sg_check_friction(contact->components, &w->y[base + f], w->speed[f],
+                                          &lambda[base + f], radius, w->percussion_scale[f], opt)) {
+                return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* Contacts that must, or must not, take part in the impact equations (67), judged from gaps and
+   percussions of the position problem with the checker's tolerance. */
+static int sg_check_active(const SG(work) * w, const SG(options) * opt, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    int k, slot;
+    for (k = 0; k < SG_NK; ++k) {
+        int must = 0;
+        int may = 0;
+        const int n = SG_NORMAL + sg_contacts[k].normal;
+        if (sg_contacts[k].normal < 0 || !w->exists[k]) {
+            continue;
+        }
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            const int row = slot * SG_NC + n;
+            if (opt->active_set == SG_K(ACTIVE_END) && slot + 1 < pr->n_slots) {
+                continue;
+            }
+            if (!sg_small(w->lambda[pr->lambda + row], w->percussion_scale[n], SG_C(0.0), opt)) {
+                must = 1;
+            }
+            if (sg_small(w->y[row], w->h * w->speed[n], w->gap_floor[n], opt)) {
+                may = 1;
+            }
+        }
+        if ((must && !w->active[k]) || (w->active[k] && !may)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* 1 if the step in the work struct satisfies every equation and law of the scheme. */
+static int sg_check_step(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
+    int problem;
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        if (!sg_check_problem(w, par, opt, problem)) {
+            return 0;
+        }
+        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows &&
+            !sg_check_active(w, opt, problem)) {
+            return 0;
+        }
+    }
+    return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end);
+}

@@ -1,0 +1,342 @@
+/* Semismooth Newton method for one nonlinear problem of the scheme: smooth rows r(x, lambda) = 0
+   (lambda enters linearly), bilateral rows y(x) = 0, contact rows as prox equations (64). */
+
+/* Contact state and residual phi of every percussion row, in units of percussion. */
+static void sg_contact_rows(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const real *lambda = &w->lambda[pr->lambda];
+    int slot, c, k, d;
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        const int base = slot * SG_NC;
+        for (c = 0; c < SG_NORMAL; ++c) {
+            w->kind[base + c] = SG_ROW_FREE;
+            w->phi[base + c] = w->prox_r[base + c] * w->y[base + c];
+        }
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int f = base + SG_SLIP + contact->friction;
+            int open = !w->exists[k] || (pr->follows && contact->normal >= 0 && !w->active[k]);
+            real radius = SG_C(0.0);
+            if (contact->normal >= 0) {
+                const int n = base + SG_NORMAL + contact->normal;
+                if (!open) {
+                    const real z = w->prox_r[n] * w->y[n] - lambda[n];
+                    open = !sg_is_closed(z, SG_BAND * w->phi_floor[n]);
+                }
+                w->kind[n] = open ? SG_ROW_ZERO : SG_ROW_FREE;
+                w->phi[n] = open ? lambda[n] : w->prox_r[n] * w->y[n];
+                radius = w->mu[k] * sg_max(lambda[n], SG_C(0.0));
+            } else {
+                radius = w->radius[slot * SG_NB + contact->bound];
+            }
+            if (contact->components > 0) {
+                real z[2];
+                real ratio;
+                for (d = 0; d < contact->components; ++d) {
+                    z[d] = w->prox_r[f + d] * w->y[f + d] - lambda[f + d];
+                }
+                if (open) {
+                    for (d = 0; d < contact->components; ++d) {
+                        w->kind[f + d] = SG_ROW_ZERO;
+                        w->phi[f + d] = lambda[f + d];
+                    }
+                } else if (sg_prox_ball(contact->components, z, radius, w->phi_floor[f],
+                                        &w->slip[f], &ratio)) {
+                    for (d = 0; d < contact->components; ++d) {
+                        w->kind[f + d] = SG_ROW_FREE;
+                        w->phi[f + d] = w->prox_r[f + d] * w->y[f + d];
+                    }
+                } else {
+                    for (d = 0; d < contact->components; ++d) {
+                        w->kind[f + d] = SG_ROW_SLIP;
+                        w->phi[f + d] = lambda[f + d] + radius * w->slip[f + d];
+                        w->ratio[f + d] = ratio;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/* Residual in units of its tolerance: at most 1 means solved. `merit` receives the sum of squares
+   in units of the scales. Not finite values give SG_HUGE. */
+static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real *merit) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n_lambda = pr->n_slots * SG_NC;
+    const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
+    real worst = SG_C(0.0);
+    real sum = SG_C(0.0);
+    int i;
+    for (i = 0; i < pr->n_x; ++i) {
+        const real size = SG_FABS(w->r[i]);
+        const real scale = w->momentum_scale[i % SG_NQ];
+        if (!sg_finite(size)) {
+            return SG_HUGE;
+        }
+        if (size > SG_C(0.0)) {
+            const real bound = opt->scaling == SG_K(SCALING_NONE) ? opt->tol : tol * scale;
+            worst = sg_max(worst, size / bound);
+            sum += (size / scale) * (size / scale);
+        }
+    }
+    for (i = 0; i < n_lambda; ++i) {
+        const real scale = w->percussion_scale[i % SG_NC] + w->phi_floor[i];
+        const real own = SG_FABS(w->phi[i]);
+        const real size = w->kind[i] == SG_ROW_FREE ? w->r_auto[i] * SG_FABS(w->y[i]) : own;
+        if (!sg_finite(own)) {
+            return SG_HUGE;
+        }
+        if (own > SG_C(0.0)) {
+            worst = sg_max(worst, opt->scaling == SG_K(SCALING_NONE)
+                                      ? own / opt->tol
+                                      : size / (tol * scale + w->phi_floor[i]));
+            sum += (size / scale) * (size / scale);
+        }
+    }
+    *merit = sum;
+    return worst < SG_HUGE ? worst : SG_HUGE;
+}
+
+/* Row k of C times the vector z. */
+static real sg_kinematic_row(const SG(work) * w, int n_x, int k, const real *z) {
+    return sg_dot(n_x, &w->C[k * n_x], z);
+}
+
+/* Contact of percussion row c of a slot and the component of its slip velocity. */
+static int sg_contact_of_slip(int c, int *component) {
+    int k;
+    for (k = 0; k < SG_NK; ++k) {
+        const int d = c - SG_SLIP - sg_contacts[k].friction;
+        if (d >= 0 && d < sg_contacts[k].components) {
+            *component = d;
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* Coefficients of row `index` of the reduced system after the smooth unknowns are eliminated:
+   change of phi for dx = z plus the change of the percussion `column` itself (-1: none). */
+static real sg_phi_change(const SG(work) * w, const sg_problem *pr, int index, const real *z,
+                          int column) {
+    const int slot = index / SG_NC;
+    const int c = index % SG_NC;
+    if (w->kind[index] == SG_ROW_FREE) {
+        return w->prox_r[index] * sg_kinematic_row(w, pr->n_x, index, z);
+    } else {
+        int d = 0;
+        int e;
+        const int k = sg_contact_of_slip(c, &d);
+        const sg_contact *contact = &sg_contacts[k];
+        const int first = index - d;
+        real change = index == column ? SG_C(1.0) : SG_C(0.0);
+        /* Radius: mu R_N, or the given bound along dx. */
+        if (contact->normal >= 0) {
+            const int n = slot * SG_NC + SG_NORMAL + contact->normal;
+            if (column == n && w->lambda[pr->lambda + n] >= SG_C(0.0)) {
+                change += w->slip[index] * w->mu[k];
+            }
+        } else {
+            const int row = slot * SG_NB + contact->bound;
+            change += w->slip[index] * sg_dot(pr->n_x, &w->C_radius[row * pr->n_x], z);
+        }
+        /* Direction: ratio (1 - n n^T) (r C dx - dlambda). */
+        for (e = 0; e < contact->components; ++e) {
+            const int other = first + e;
+            const real projector =
+                (d == e ? SG_C(1.0) : SG_C(0.0)) - w->slip[index] * w->slip[other];
+            if (contact->components > 1) {
+                real turn = w->prox_r[other] * sg_kinematic_row(w, pr->n_x, other, z);
+                if (other == column) {
+                    turn -= SG_C(1.0);
+                }
+                change += w->ratio[index] * projector * turn;
+            }
+        }
+        return change;
+    }
+}
+
+/* Factorise the smooth block and reduce to the percussions that are not zero. Returns their
+   number, or -1 if the smooth block is singular. */
+static int sg_reduce(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n_x = pr->n_x;
+    const int n_lambda = pr->n_slots * SG_NC;
+    real *lambda = &w->lambda[pr->lambda];
+    int n = 0;
+    int i, k, a, b;
+    for (i = 0; i < n_x; ++i) {
+        w->dx[i] = -w->r[i];
+        w->pivot_scale[i] = w->root_inertia[i % SG_NQ];
+    }
+    if (!sg_lu_factor(n_x, w->A, w->pivot_scale, w->A_pivot)) {
+        return -1;
+    }
+    for (k = 0; k < n_lambda; ++k) {
+        const real *B = &w->B[k * n_x];
+        w->dlambda[k] = SG_C(0.0);
+        if (w->kind[k] == SG_ROW_ZERO) {
+            w->dlambda[k] = -lambda[k];
+            if (lambda[k] != SG_C(0.0)) {
+                for (i = 0; i < n_x; ++i) {
+                    w->dx[i] += B[i] * lambda[k];
+                }
+            }
+        } else {
+            real *Z = &w->Z[n * n_x];
+            sg_copy(n_x, B, Z);
+            sg_lu_solve(n_x, w->A, w->A_pivot, Z);
+            w->reduced[n] = k;
+            w->root_scale[n] = w->root_mass[k % SG_NC];
+            ++n;
+        }
+    }
+    sg_lu_solve(n_x, w->A, w->A_pivot, w->dx);
+    for (a = 0; a < n; ++a) {
+        const int row = w->reduced[a];
+        w->rhs[a] = -(w->phi[row] + sg_phi_change(w, pr, row, w->dx, -1)) / w->root_scale[a];
+        for (b = 0; b < n; ++b) {
+            const real *Z = &w->Z[b * n_x];
+            for (i = 0; i < n_x; ++i) {
+                w->scratch[i] = -Z[i];
+            }
+            w->S[b * n + a] = sg_phi_change(w, pr, row, w->scratch, w->reduced[b]) *
+                              (w->root_scale[b] / w->root_scale[a]);
+        }
+    }
+    return n;
+}
+
+/* One Newton direction in w->dx, w->dlambda. Returns the rank deficiency or -1. */
+static int sg_newton_direction(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n = sg_reduce(w, problem);
+    int rank, a, i;
+    if (n <= 0) {
+        return n;
+    }
+    rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
+    sg_cod_solve(n, rank, w->S, w->perm, w->tau, w->tau_z, w->rhs, w->scratch, w->solution);
+    for (a = 0; a < n; ++a) {
+        const real change = w->solution[a] * w->root_scale[a];
+        w->dlambda[w->reduced[a]] = change;
+        for (i = 0; i < pr->n_x; ++i) {
+            w->dx[i] -= w->Z[a * pr->n_x + i] * change;
+        }
+    }
+    return n - rank;
+}
+
+static void sg_evaluate(SG(work) * w, const SG(params) * par, int problem) {
+    SG(values)(w, par, problem);
+    sg_row_scales(w, problem);
+    sg_contact_rows(w, problem);
+}
+
+/* Move along the Newton direction by the factor alpha from (x_old, lambda_old). */
+static void sg_move(SG(work) * w, int problem, real alpha) {
+    const sg_problem *pr = &sg_problems[problem];
+    int i;
+    for (i = 0; i < pr->n_x; ++i) {
+        w->x[pr->x + i] = w->x_old[i] + alpha * w->dx[i];
+    }
+    for (i = 0; i < pr->n_slots * SG_NC; ++i) {
+        w->lambda[pr->lambda + i] = w->lambda_old[i] + alpha * w->dlambda[i];
+    }
+}
+
+/* A number that tells sets of row kinds apart, for the detection of cycles. */
+static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
+    unsigned long hash = 5381UL;
+    int i;
+    for (i = 0; i < n_lambda; ++i) {
+        unsigned long code = (unsigned long)w->kind[i];
+        if (w->kind[i] == SG_ROW_SLIP && w->slip[i] < SG_C(0.0)) {
+            code = 3UL;
+        }
+        hash = (hash * 33UL + code) & 0xffffffffUL;
+    }
+    return hash;
+}
+
+/* Iterate from the point in work.x, work.lambda. `damped`: search along each direction from the
+   start; otherwise only after the contact states went round in a cycle. Adds the iterations to
+   *iterations; on success *measure is the residual in units of its tolerance. */
+static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
+                     int max_iterations, int damped, int *iterations, real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n_lambda = pr->n_slots * SG_NC;
+    const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
+    unsigned long seen[4] = {0UL, 1UL, 2UL, 3UL};
+    real past[4] = {SG_HUGE, SG_HUGE, SG_HUGE, SG_HUGE};
+    real merit = SG_C(0.0);
+    int iteration, i;
+    sg_evaluate(w, par, problem);
+    *measure = sg_residual(w, opt, problem, &merit);
+    w->deficiency = 0;
+    for (iteration = 0;; ++iteration) {
+        unsigned long now;
+        int deficiency;
+        if (!(*measure < SG_HUGE)) {
+            return SG_K(NONFINITE);
+        }
+        /* Solved, or stalled at the level of round-off. */
+        if (*measure <= SG_C(1.0) ||
+            (iteration >= 3 && opt->scaling != SG_K(SCALING_NONE) &&
+             *measure > SG_C(0.25) * past[(iteration - 1) % 4] && *measure * tol <= SG_STAGNATION)) {
+            return SG_K(OK);
+        }
+        if (iteration >= max_iterations) {
+            return SG_K(NOT_CONVERGED);
+        }
+        now = sg_fingerprint(w, n_lambda);
+        for (i = 2; i <= 4; ++i) {
+            const int before = (iteration + 4 - i) % 4;
+            if (iteration >= i && seen[before] == now && *measure > SG_C(0.5) * past[before]) {
+                damped = 1;
+            }
+        }
+        seen[iteration % 4] = now;
+        past[iteration % 4] = *measure;
+        SG(derivatives)(w, par, problem);
+        deficiency = sg_newton_direction(w, problem);
+        ++*iterations;
+        if (deficiency < 0) {
+            return SG_K(SINGULAR);
+        }
+        w->deficiency = deficiency;
+        sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
+        sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_old);
+        if (!damped) {
+            sg_move(w, problem, SG_C(1.0));
+            sg_evaluate(w, par, problem);
+            *measure = sg_residual(w, opt, problem, &merit);
+        } else {
+            const real start = merit;
+            real best = SG_HUGE;
+            real best_alpha = SG_C(1.0);
+            real alpha = SG_C(1.0);
+            int halving;
+            for (halving = 0; halving < 6; ++halving) {
+                sg_move(w, problem, alpha);
+                sg_evaluate(w, par, problem);
+                merit = SG_HUGE;
+                *measure = sg_residual(w, opt, problem, &merit);
+                if (*measure < SG_HUGE && merit < best) {
+                    best = merit;
+                    best_alpha = alpha;
+                }
+                if (merit <= (SG_C(1.0) - SG_C(0.125) * alpha) * start) {
+                    break;
+                }
+                alpha *= SG_C(0.5);
+            }
+            if (halving == 6) {
+                sg_move(w, problem, best_alpha);
+                sg_evaluate(w, par, problem);
+                *measure = sg_residual(w, opt, problem, &merit);
+            }
+        }
+    }
+}

@@ -1,0 +1,211 @@
+/* One step from state to state: start, problems in turn, check, substeps as the last resort. */
+
+static int sg_is_coefficient(real x, real top) { return x >= SG_C(0.0) && x <= top; }
+
+/* Contacts closed at the end of the step: the sign of (67), within the rounding band closed. */
+static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    int k, slot;
+    for (k = 0; k < SG_NK; ++k) {
+        int closed = sg_contacts[k].normal < 0;
+        int pushed = 0;
+        const int n = SG_NORMAL + sg_contacts[k].normal;
+        for (slot = 0; slot < pr->n_slots && !closed; ++slot) {
+            const int row = slot * SG_NC + n;
+            const real R = w->lambda[pr->lambda + row];
+            const int last = slot + 1 == pr->n_slots;
+            pushed = pushed || R > SG_BAND * w->phi_floor[row];
+            if (last || opt->active_set != SG_K(ACTIVE_END)) {
+                closed = sg_is_closed(w->r_auto[row] * w->y[row] - R, SG_BAND * w->phi_floor[row]);
+            }
+        }
+        w->active[k] = closed && w->exists[k];
+        if (pushed && !w->active[k]) {
+            ++info->lost_impacts;
+        }
+    }
+}
+
+/* Smallest gap at any stage of the position problem. */
+static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    int k, slot;
+    for (slot = 0; slot < pr->n_slots && pr->level == SG_POSITION; ++slot) {
+        for (k = 0; k < SG_NK; ++k) {
+            if (sg_contacts[k].normal >= 0 && w->exists[k]) {
+                const real gap = w->y[slot * SG_NC + SG_NORMAL + sg_contacts[k].normal];
+                info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;
+            }
+        }
+    }
+}
+
+/* Solve the step of size work.h from the state s at time t; the result stays in the work struct. */
+static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
+                      const SG(options) * opt, SG(info) * info, real t, real h) {
+    int problem, k, status;
+    int warm;
+    w->t = t;
+    w->h = h;
+    sg_copy(SG_NQ, s->q, w->q);
+    sg_copy(SG_NQ, s->v, w->v);
+    SG(start)(w, par);
+    for (k = 0; k < SG_NK; ++k) {
+        if (!sg_is_coefficient(w->mu[k], SG_HUGE) || !sg_is_coefficient(w->e_N[k], SG_C(1.0)) ||
+            !sg_is_coefficient(w->e_F[k], SG_C(1.0))) {
+            return SG_K(BAD_ARGUMENT);
+        }
+        w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
+        w->active[k] = w->exists[k];
+    }
+    if (!sg_all_finite(SG_NQ * SG_NQ, w->mass) || !sg_all_finite(SG_NQ, w->p)) {
+        return SG_K(NONFINITE);
+    }
+    if (!sg_masses(w)) {
+        return SG_K(SINGULAR);
+    }
+    warm = s->warm && s->h_guess == h;
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        status = sg_solve(w, s, par, opt, info, problem, warm);
+        if (status != SG_K(OK)) {
+            return status;
+        }
+        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
+            sg_activity(w, opt, info, problem);
+        }
+        sg_smallest_gap(w, info, problem);
+    }
+    SG(finish)(w);
+    return sg_check_step(w, par, opt) ? SG_K(OK) : SG_K(REJECTED);
+}
+
+/* Take over the end of the step and predict the unknowns of the next one of the same size:
+   velocities move on by the change of v; contacts that opened, closed or impacted start cold. */
+static void sg_commit(SG(state) * s, const SG(work) * w) {
+    int i, k;
+    int same = 1;
+    for (k = 0; k < SG_NK; ++k) {
+        const int closed = w->active[k];
+        if (closed != s->closed[k]) {
+            same = 0;
+        }
+        s->closed[k] = closed;
+    }
+    for (i = 0; i < SG_NX_TOTAL; ++i) {
+        s->x[i] = w->x[i] + (w->v_end[i % SG_NQ] - w->v[i % SG_NQ]);
+    }
+    sg_copy(SG_NL_TOTAL, w->lambda, s->lambda);
+    sg_copy(SG_NQ, w->q_end, s->q);
+    sg_copy(SG_NQ, w->v_end, s->v);
+    s->warm = same;
+    s->h_guess = w->h;
+}
+
+static void sg_reset_info(SG(info) * info) {
+    info->status = SG_K(OK);
+    info->iterations = 0;
+    info->substeps = 0;
+    info->rescues = 0;
+    info->percussions = SG_UNIQUE;
+    info->lost_impacts = 0;
+    info->residual = SG_C(0.0);
+    info->smallest_gap = SG_HUGE;
+    sg_fill(SG_NC, SG_C(0.0), info->P);
+}
+
+static void sg_reset_guess(SG(state) * s) {
+    int k;
+    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x);
+    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda);
+    for (k = 0; k < SG_NK; ++k) {
+        s->closed[k] = 0;
+    }
+    s->warm = 0;
+    s->h_guess = SG_C(0.0);
+}
+
+int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
+    if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_NQ, q) ||
+        !sg_all_finite(SG_NQ, v)) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    s->t = s->t_grid = t;
+    s->h_grid = SG_C(0.0);
+    s->n_grid = 0;
+    sg_copy(SG_NQ, q, s->q);
+    sg_copy(SG_NQ, v, s->v);
+    sg_reset_guess(s);
+    return SG_K(OK);
+}
+
+static int sg_are_options(const SG(options) * opt) {
+    return opt->tol >= SG_C(0.0) && sg_finite(opt->tol) && opt->r >= SG_C(0.0) &&
+           sg_finite(opt->r) && opt->max_iterations >= 1 && opt->max_halvings >= 0 &&
+           opt->max_halvings <= 10 && (opt->active_set == SG_K(ACTIVE_ANY_STAGE) ||
+                                       opt->active_set == SG_K(ACTIVE_END)) &&
+           (opt->scaling == SG_K(SCALING_ROWS) ||
+            (opt->scaling == SG_K(SCALING_NONE) && opt->tol > SG_C(0.0)));
+}
+
+int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
+             const SG(options) * opt, const real u[], real h) {
+    const int rest = 1 << 10; /* position in the step is counted in units of h / 1024 */
+    int done = 0;
+    int level = 0;
+    int j;
+    if (s == NULL || w == NULL || info == NULL || par == NULL || opt == NULL ||
+        (SG_NU > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt)) {
+        if (info != NULL) {
+            sg_reset_info(info);
+            info->status = SG_K(BAD_ARGUMENT);
+        }
+        return SG_K(BAD_ARGUMENT);
+    }
+    sg_reset_info(info);
+    if (!sg_all_finite(SG_NQ, s->q) || !sg_all_finite(SG_NQ, s->v) || !sg_finite(s->t) ||
+        !sg_all_finite(SG_NU, u)) {
+        info->status = SG_K(NONFINITE);
+        return info->status;
+    }
+    w->trial = *s;
+    for (j = 0; j < SG_NU; ++j) {
+        w->u[j] = u[j];
+    }
+    while (done < rest) {
+        const int stride = rest >> level;
+        const real t = s->t + h * ((real)done / (real)rest);
+        const int status =
+            sg_attempt(w, &w->trial, par, opt, info, t, h * ((real)stride / (real)rest));
+        if (status == SG_K(OK)) {
+            done += stride;
+            sg_commit(&w->trial, w);
+            for (j = 0; j < SG_NC; ++j) {
+                info->P[j] += w->lambda[sg_problems[SG_PROBLEMS - 1].lambda + j];
+            }
+            if (level > 0) {
+                ++info->substeps;
+                if (done % (2 * stride) == 0) {
+                    --level;
+                }
+            }
+        } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
+            ++level;
+        } else {
+            info->status = status;
+            return status;
+        }
+    }
+    /* t_n = t_0 + n h without a running sum, as long as h stays. */
+    if (w->trial.h_grid != h) {
+        w->trial.t_grid = s->t;
+        w->trial.h_grid = h;
+        w->trial.n_grid = 0;
+    }
+    ++w->trial.n_grid;
+    w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;
+    *s = w->trial;
+    info->status = info->substeps > 0  ? SG_K(OK_SUBSTEPPED)
+                   : info->rescues > 0 ? SG_K(OK_RESCUED)
+                                       : SG_K(OK);
+    return info->status;
+}

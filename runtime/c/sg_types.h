@@ -1,0 +1,45 @@
+/* What the generated part tells the runtime: contacts, nonlinear problems, model evaluations. */
+
+/* One contact: row of its normal law (-1: friction with a given bound), first slip row, number of
+   slip components, index of its bound (-1: none), whether it has a guard. */
+typedef struct {
+    int normal, friction, components, bound, guarded;
+} sg_contact;
+
+/* One nonlinear problem of the scheme: n_x smooth unknowns (blocks of velocities), n_slots groups
+   of SG_NC percussions, first unknown and first percussion of the problem in work.x and
+   work.lambda, first row of the response table, level of the kinematics, and whether only
+   contacts that the problem before left closed take part. */
+typedef struct {
+    int n_x, n_slots, x, lambda, response, level, follows;
+} sg_problem;
+
+enum { SG_POSITION = 0, SG_VELOCITY = 1 };          /* sg_problem.level */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };     /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };     /* info.percussions */
+enum { SG_COLD = 1, SG_DAMPED = 2, SG_SWEPT = 4 };  /* info.rescues */
+
+static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
+static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};
+
+/* Response of the kinematics of a slot to its own percussion, times m_eff: of a gap divided by the
+   step size, of a velocity. */
+static const real sg_response[][2] = {SG_RESPONSE_TABLE};
+
+/* Generated. All read the step's start and the unknowns from the work struct and write there. */
+static void SG(start)(SG(work) * w, const SG(params) * par);
+static void SG(values)(SG(work) * w, const SG(params) * par, int problem);
+static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
+static void SG(finish)(SG(work) * w);
+static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
+                       real stage_R[]);
+static void SG(evaluate_consistency)(real t, const real q[], const real v[],
+                                     const SG(params) * par, SG(consistency) * out);
+
+/* 1 if percussion row c of a slot belongs to the position level (g, g_N), 0 for velocities. */
+static int sg_is_gap_row(int c) {
+    return c < SG_NG || (c >= SG_NG + SG_NGAMMA && c < SG_NG + SG_NGAMMA + SG_NN);
+}
+
+/* First of the slip rows in a slot. */
+enum { SG_NORMAL = SG_NG + SG_NGAMMA, SG_SLIP = SG_NG + SG_NGAMMA + SG_NN };

@@ -1,0 +1,108 @@
+"""The C compiler: found, run, its results cached by content."""
+
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from platformdirs import user_cache_dir
+
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared")
+_LARGE = 60_000  # lines of C above which a lower optimisation level keeps compilation short
+
+
+class CompilerError(RuntimeError):
+    """No C compiler, or one that fails."""
+
+
+def find_compiler() -> list[str]:
+    """Return the command of the C compiler: ``$CC``, or the first of cc, gcc, clang.
+
+    Raises
+    ------
+    CompilerError
+        With advice, if there is none.
+    """
+    chosen = os.environ.get("CC", "").strip()
+    if chosen:
+        command = shlex.split(chosen)
+        if shutil.which(command[0]) is None:
+            raise CompilerError(
+                f"the compiler CC={chosen!r} is not on the PATH: install it or unset CC"
+            )
+        return command
+    for name in ("cc", "gcc", "clang"):
+        if shutil.which(name) is not None:
+            return [name]
+    raise CompilerError(
+        "no C compiler found (looked for cc, gcc, clang). Install one, e.g. 'apt-get install gcc' "
+        "or 'xcode-select --install', or name yours in the environment variable CC"
+    )
+
+
+def cache_root() -> Path:
+    """Folder of generated and compiled steppers: ``$SIGNORINI_CACHE`` or the user's cache."""
+    chosen = os.environ.get("SIGNORINI_CACHE", "").strip()
+    return Path(chosen) if chosen else Path(user_cache_dir("signorini"))
+
+
+def cache_folder(files: dict[str, str]) -> Path:
+    """Folder for generated files, named by their content."""
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(f"{name}\0{files[name]}\0".encode())
+    return cache_root() / "generated" / digest.hexdigest()[:32]
+
+
+def compile_library(source: Path) -> Path:
+    """Compile a generated C file into a shared library and return its path.
+
+    Parameters
+    ----------
+    source : Path
+        The ``.c`` file; its header stands beside it.
+
+    Raises
+    ------
+    CompilerError
+        If there is no compiler, or with its messages if it fails.
+    """
+    command = find_compiler()
+    text = source.read_bytes()
+    level = "-O1" if text.count(b"\n") > _LARGE else "-O2"
+    extra = shlex.split(os.environ.get("SIGNORINI_CFLAGS", ""))
+    flags = [level, *FLAGS, *extra]
+    digest = hashlib.sha256()
+    for part in (text, source.with_suffix(".h").read_bytes(), repr([*command, *flags]).encode()):
+        digest.update(part)
+    target = cache_root() / "compiled" / f"{source.stem}-{digest.hexdigest()[:32]}.so"
+    if target.is_file():
+        return target
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(suffix=".so", dir=target.parent)
+    except OSError as error:
+        raise CompilerError(
+            f"cannot write to the cache {target.parent} ({error.strerror}): "
+            "set SIGNORINI_CACHE to a writable folder"
+        ) from None
+    os.close(handle)
+    try:
+        result = subprocess.run(
+            [*command, *flags, "-o", name, source.name, "-lm"],
+            cwd=source.parent,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if result.returncode != 0:
+            raise CompilerError(
+                f"{' '.join(command)} failed on {source.name}:\n{result.stderr.strip()[:4000]}"
+            )
+        Path(name).replace(target)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    return target

@@ -1,0 +1,131 @@
+"""Consistent initial states: what is violated, and the nearest state that is not."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from signorini.runtime.errors import RunError
+
+if TYPE_CHECKING:
+    from signorini.runtime.stepper import Stepper
+
+_TOLERANCE = 2.0**-26  # relative to the row's terms, as in the C code
+_MAX_ITERATIONS = 50
+
+
+def _row_names(stepper: "Stepper", blocks: str) -> list[str]:
+    names = []
+    for name, count in stepper.manifest[blocks]:
+        names += [name] if count == 1 else [f"{name}[{k}]" for k in range(count)]
+    return names
+
+
+def violations(
+    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+) -> list[tuple[float, str]]:
+    """Violated rows as (violation relative to tolerance, text), the worst first."""
+
+    def at(name: str) -> np.ndarray:
+        return stepper.evaluate(name, t, q, v, parameters=par)
+
+    found: list[tuple[float, str]] = []
+
+    def look(rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str):
+        for k, name in enumerate(rows):
+            scale = np.abs(W[:, k]) @ np.abs(x) + abs(chi[k])
+            size = abs(values[k])
+            if not size <= _TOLERANCE * scale:
+                measure = size / (_TOLERANCE * scale) if scale > 0 else np.inf
+                found.append((float(measure), f"{what} of '{name}' is {values[k]:.6g}"))
+
+    n = stepper.sizes
+    if n["n_g"]:
+        rows, W = _row_names(stepper, "constraints"), at("W_g")
+        look(rows, at("g"), W, q, np.zeros(n["n_g"]), "the constraint g")
+        look(rows, at("g_dot"), W, v, at("chi_g"), "its velocity g_dot")
+    if n["n_gamma"]:
+        rows = _row_names(stepper, "velocity_constraints")
+        look(rows, at("gamma"), at("W_gamma"), v, at("chi_gamma"), "the velocity constraint gamma")
+    if n["n_N"]:
+        rows = [c["name"] for c in stepper.manifest["contacts"] if c["normal"] >= 0]
+        guard = at("guard")
+        exists = [
+            not c["guarded"] or guard[k] >= 0
+            for k, c in enumerate(stepper.manifest["contacts"])
+            if c["normal"] >= 0
+        ]
+        gaps = np.where(exists, np.minimum(at("g_N"), 0.0), 0.0)
+        look(rows, gaps, at("W_N"), q, np.zeros(n["n_N"]), "the gap g_N")
+    return sorted(found, reverse=True)
+
+
+def report(
+    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+) -> str:
+    """Message that names the violated constraints."""
+    found = violations(stepper, t, q, v, par)
+    text = "; ".join(what for _, what in found[:4]) or "a constraint is violated"
+    return (
+        f"model '{stepper.name}', initial state at t = {t:g}: {text}. "
+        "Correct q0 and v0, or take the nearest consistent state: q0, v0 = stepper.project(q0, v0) "
+        "(--project on the command line)"
+    )
+
+
+def project(
+    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nearest consistent state in the norm of the mass matrix.
+
+    Positions by Gauss-Newton on g = 0 and the violated gaps, then velocities by one projection
+    onto g_dot = 0, gamma = 0.
+    """
+    n = stepper.sizes
+
+    def at(name: str, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return stepper.evaluate(name, t, q, v, parameters=par)
+
+    mass_inverse = np.linalg.pinv(at("p_v", q, v), hermitian=True)
+    q, v = q.copy(), v.copy()
+    for _ in range(_MAX_ITERATIONS):
+        rows, columns = [np.zeros(0)], [np.zeros((n["n_q"], 0))]
+        if n["n_g"]:
+            rows.append(at("g", q, v))
+            columns.append(at("W_g", q, v))
+        if n["n_N"]:
+            gaps = at("g_N", q, v)
+            contacts = [
+                (k, c) for k, c in enumerate(stepper.manifest["contacts"]) if c["normal"] >= 0
+            ]
+            guard = at("guard", q, v)
+            exists = np.array([not c["guarded"] or guard[k] >= 0 for k, c in contacts])
+            violated = (gaps < 0) & exists
+            rows.append(gaps[violated])
+            columns.append(at("W_N", q, v)[:, violated])
+        value, W = np.concatenate(rows), np.hstack(columns)
+        if not value.size:
+            break
+        change = mass_inverse @ W @ np.linalg.lstsq(W.T @ mass_inverse @ W, -value, rcond=1e-12)[0]
+        q = q + change
+        if np.all(np.abs(change) <= 4 * np.finfo(float).eps * np.maximum(np.abs(q), 1e-300)):
+            break
+    rows, columns = [np.zeros(0)], [np.zeros((n["n_q"], 0))]
+    if n["n_g"]:
+        rows.append(at("g_dot", q, v))
+        columns.append(at("W_g", q, v))
+    if n["n_gamma"]:
+        rows.append(at("gamma", q, v))
+        columns.append(at("W_gamma", q, v))
+    value, W = np.concatenate(rows), np.hstack(columns)
+    if value.size:
+        v = v + mass_inverse @ W @ np.linalg.lstsq(
+            W.T @ mass_inverse @ W, -value, rcond=1e-12
+        )[0]
+    left = violations(stepper, t, q, v, par)
+    if left or not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
+        text = "; ".join(what for _, what in left[:4]) or "the projection diverged"
+        raise RunError(
+            f"model '{stepper.name}': no consistent state near q0, v0 was found: {text}. "
+            "Start closer to the constraints"
+        )
+    return q, v

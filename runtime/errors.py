@@ -1,0 +1,31 @@
+"""Errors of compiled steppers and runs."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from signorini.runtime.trajectory import Trajectory
+
+
+class RunError(ValueError):
+    """An argument or file of a run that cannot be used; the message says what to do."""
+
+
+class InconsistentStartError(RunError):
+    """An initial state that violates a constraint or penetrates a contact."""
+
+
+class StepError(RuntimeError):
+    """A step that could not be solved.
+
+    Attributes
+    ----------
+    status : str
+        Name of the status code.
+    trajectory : Trajectory
+        The steps done so far.
+    """
+
+    def __init__(self, message: str, status: str, trajectory: "Trajectory") -> None:
+        super().__init__(message)
+        self.status = status
+        self.trajectory = trajectory

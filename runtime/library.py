@@ -1,0 +1,203 @@
+"""A generated folder as a loaded library: manifest, structs, functions, all verified."""
+
+import ctypes
+import json
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from signorini.runtime.compile import compile_library
+from signorini.runtime.errors import RunError
+
+if TYPE_CHECKING:
+    from signorini.runtime.stepper import Stepper
+
+_REAL = {"double": (ctypes.c_double, np.float64), "float": (ctypes.c_float, np.float32)}
+_META_SIZES = ("params", "options", "state", "info", "record", "work")
+
+
+def load(folder: str | os.PathLike[str]) -> "Stepper":
+    """Load the stepper in a generated folder; compiles it if needed.
+
+    Needs NumPy and a C compiler only.
+
+    Parameters
+    ----------
+    folder : path
+        A folder that `generate` or ``signorini generate`` wrote.
+
+    Returns
+    -------
+    Stepper
+
+    Raises
+    ------
+    RunError
+        If the folder is no generated folder, or its files do not belong together.
+    CompilerError
+        If there is no C compiler or it fails.
+    """
+    from signorini.runtime.stepper import Stepper
+
+    return Stepper(Library(Path(folder)))
+
+
+class Library:
+    """The compiled functions of one stepper with the layout of its structs.
+
+    Parameters
+    ----------
+    folder : Path
+        A generated folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.manifest = _read_manifest(folder)
+        m = self.manifest
+        self.prefix: str = m["prefix"]
+        self.sizes: dict[str, int] = m["sizes"]
+        self.real, self.dtype = _REAL[m["precision"]]
+        self.statuses: list[str] = [name for name, _ in m["statuses"]]
+        self.status_texts: list[str] = [text for _, text in m["statuses"]]
+        self.structs: dict[str, Any] = {}
+        for name, fields in m["structs"].items():
+            self.structs[name] = self._struct(name, fields)
+        source = folder / f"{self.prefix}.c"
+        if not source.is_file() or not source.with_suffix(".h").is_file():
+            raise RunError(f"{folder} lacks {source.name} or its header: generate it again")
+        self.dll = ctypes.CDLL(str(compile_library(source)))
+        self._declare()
+        self._verify()
+
+    def _struct(self, name: str, fields: list[dict[str, Any]]) -> Any:
+        members = []
+        for f in fields:
+            kind = f["type"]
+            if kind in ("int", "real"):
+                ctype: Any = ctypes.c_int if kind == "int" else self.real
+            elif kind in ("int*", "real*"):
+                ctype = ctypes.POINTER(ctypes.c_int if kind == "int*" else self.real)
+            else:
+                ctype = self.structs[kind]
+            members.append((f["name"], ctype * f["extent"] if f["extent"] else ctype))
+        return type(name, (ctypes.Structure,), {"_fields_": members})
+
+    def _declare(self) -> None:
+        real, pointer = self.real, ctypes.POINTER
+        s = {name: pointer(self.structs[name]) for name in _META_SIZES}
+        array = pointer(real)
+        c_int = ctypes.c_int
+        signatures: dict[str, tuple[Any, list[Any]]] = {
+            "default_params": (self.structs["params"], []),
+            "default_options": (self.structs["options"], []),
+            "status_text": (ctypes.c_char_p, [c_int]),
+            "initial_state": (None, [s["params"], array, array, array]),
+            "init": (c_int, [s["state"], s["params"], s["options"], real, array, array]),
+            "set_state": (c_int, [s["state"], real, array, array]),
+            "step": (
+                c_int,
+                [s["state"], s["work"], s["info"], s["params"], s["options"], array, real],
+            ),
+            "simulate": (
+                c_int,
+                [
+                    *(s["state"], s["work"], s["info"], s["params"], s["options"], array, real),
+                    *(c_int, c_int, s["record"], pointer(c_int)),
+                ],
+            ),
+            "problem": (
+                c_int,
+                [
+                    *(s["state"], s["work"], s["params"], s["options"], array, real),
+                    *(c_int, array, array),
+                ],
+            ),
+        }
+        kinds = {"t": real, "par": s["params"]}
+        for name, function in self.manifest["functions"].items():
+            arguments = [kinds.get(a, array) for a in function["arguments"]]
+            signatures[name] = (None, [*arguments, array])
+        self.call: dict[str, Any] = {}
+        for name, (result, argument_types) in signatures.items():
+            entry = self._symbol(name)
+            entry.restype = result
+            entry.argtypes = argument_types
+            self.call[name] = entry
+
+    def _symbol(self, name: str) -> Any:
+        try:
+            return getattr(self.dll, f"{self.prefix}_{name}")
+        except AttributeError:
+            raise RunError(
+                f"{self.folder}: the C code has no {self.prefix}_{name}: generate it again"
+            ) from None
+
+    def _verify(self) -> None:
+        class Meta(ctypes.Structure):
+            _fields_ = [  # noqa: RUF012
+                *((n, ctypes.c_char_p) for n in ("model", "scheme", "precision", "model_hash")),
+                ("runtime_hash", ctypes.c_char_p),
+                ("stages", ctypes.c_int),
+                *((f"size_{n}", ctypes.c_int) for n in _META_SIZES),
+            ]
+
+        entry = self._symbol("meta")
+        entry.restype = Meta
+        entry.argtypes = []
+        meta = entry()
+        for key in ("model", "scheme", "precision", "model_hash", "runtime_hash"):
+            found = getattr(meta, key).decode("ascii", "replace")
+            if found != self.manifest[key]:
+                raise RunError(
+                    f"{self.folder}: manifest.json says {key} = {self.manifest[key]!r} but the C "
+                    f"code {found!r}; the files do not belong together: generate them again"
+                )
+        if meta.stages != self.manifest["stages"]:
+            raise RunError(f"{self.folder}: manifest.json and C code differ in the stages")
+        for name in _META_SIZES:
+            size = getattr(meta, f"size_{name}")
+            if size != ctypes.sizeof(self.structs[name]):
+                raise RunError(
+                    f"{self.folder}: the struct '{name}' has {size} bytes in C but "
+                    f"{ctypes.sizeof(self.structs[name])} by the manifest: generate it again"
+                )
+
+    # --- arrays ------------------------------------------------------------------------------------
+
+    def array(self, values: Any) -> Any:
+        """A contiguous NumPy array of the real type."""
+        return np.ascontiguousarray(values, dtype=self.dtype)
+
+    def pointer(self, values: np.ndarray) -> Any:
+        """The C pointer to an array made by `array`."""
+        return values.ctypes.data_as(ctypes.POINTER(self.real))
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    path = folder / "manifest.json"
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise RunError(
+            f"{folder} is no generated folder: it has no manifest.json. Write one with "
+            "'signorini generate MODEL --out DIR'"
+        ) from None
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise RunError(f"{path} cannot be read ({error}): generate it again") from None
+    needed = (
+        *("model", "prefix", "scheme", "stages", "precision", "sizes", "coordinates"),
+        *("velocities", "inputs", "parameters", "contacts", "outputs", "statuses", "structs"),
+        *("functions", "problems", "runtime_hash", "model_hash"),
+    )
+    missing = [key for key in needed if not isinstance(manifest, dict) or key not in manifest]
+    if missing:
+        raise RunError(f"{path} lacks {', '.join(missing)}: generate it again")
+    if not re.fullmatch(r"[A-Za-z]\w*", str(manifest["prefix"]), re.ASCII):
+        raise RunError(f"{path} has the prefix {manifest['prefix']!r}: generate it again")
+    if manifest["precision"] not in _REAL:
+        raise RunError(f"{path} has the precision {manifest['precision']!r}: generate it again")
+    return manifest

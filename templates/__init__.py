@@ -1,0 +1,1 @@
+"""Jinja templates that arrange generated expressions; they contain no algorithm."""
