@@ -122,7 +122,8 @@ class FunctionWriter:
             tuple(self._label(name, i, j, columns) for _, _, (i, j) in entries),
             () if full else (("out", rows * columns),),
         )
-        shape = (rows,) if columns == 1 else (rows, columns)
+        is_vector = name in QUANTITIES and not name.startswith("W_")
+        shape = (rows,) if is_vector else (rows, columns)
         return self._write(
             name, arguments, (block,), f"{self.real} out[]", shape, doc=(doc_of(name),)
         )

@@ -9,7 +9,8 @@ from signorini.runtime.errors import RunError
 if TYPE_CHECKING:
     from signorini.runtime.stepper import Stepper
 
-_TOLERANCE = 2.0**-26  # relative to the row's terms, as in the C code
+# Relative to the row's terms, and for terms that only parameters make up, as in the C code.
+_TOLERANCE, _FLOOR = 2.0**-26, 2.0**-46
 _MAX_ITERATIONS = 50
 
 
@@ -33,9 +34,8 @@ def violations(
     def look(rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str):
         for k, name in enumerate(rows):
             scale = np.abs(W[:, k]) @ np.abs(x) + abs(chi[k])
-            size = abs(values[k])
-            if not size <= _TOLERANCE * scale:
-                measure = size / (_TOLERANCE * scale) if scale > 0 else np.inf
+            measure = abs(values[k]) / (_TOLERANCE * scale + _FLOOR)
+            if not measure <= 1:
                 found.append((float(measure), f"{what} of '{name}' is {values[k]:.6g}"))
 
     n = stepper.sizes

@@ -5,14 +5,15 @@ const char *SG(status_text)(int status) {
     return status >= 0 && status < SG_STATUS_COUNT ? text[status] : "unknown status";
 }
 
-/* 1 if |value| is round-off of a row whose direction is `row` and whose argument is x. */
+/* 1 if |value| is small against the terms of its row: direction `row`, argument x. The constant
+   covers terms that only parameters make up. */
 static int sg_is_consistent(real value, const real *row, const real *x, real drift) {
     real size = SG_FABS(drift);
     int j;
     for (j = 0; j < SG_NQ; ++j) {
         size += SG_FABS(row[j] * x[j]);
     }
-    return SG_FABS(value) <= SG_STAGNATION * size;
+    return SG_FABS(value) <= SG_STAGNATION * size + SG_C(64.0) * SG_EPS;
 }
 
 int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, real t0,

@@ -1,0 +1,256 @@
+"""The command ``signorini``."""
+
+import sys
+import warnings
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from cyclopts import App, Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from signorini.codegen.errors import GenerationError, ModelError
+from signorini.runtime.compile import CompilerError
+from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.stepper import Stepper
+from signorini.runtime.trajectory import Trajectory
+from signorini.version import __version__
+
+_EXPECTED = (ModelError, GenerationError, CompilerError, RunError)
+_QUIET_STEPS = 20_000  # runs shorter than this show no progress
+
+app = App(
+    name="signorini",
+    help="From a symbolic mechanical model with contact to a standalone C stepper.",
+    version=__version__,
+)
+Pairs = Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())]
+Switch = Annotated[bool, Parameter(negative=())]
+
+
+def main() -> None:
+    """Entry point: expected errors end with one message and exit status 1."""
+    errors = Console(stderr=True)
+    try:
+        app()
+    except StepError as error:
+        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        sys.exit(1)
+    except _EXPECTED as error:
+        errors.print(f"error: {error}", style="red", markup=False, highlight=False)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        errors.print("interrupted")
+        sys.exit(130)
+
+
+@app.command
+def run(
+    model: str,
+    *,
+    stages: int = 3,
+    dt: float = 1e-2,
+    t_end: float = 2.0,
+    set: Pairs = None,  # noqa: A002 - the option is called --set
+    q0: Pairs = None,
+    v0: Pairs = None,
+    tol: float | None = None,
+    r: float | None = None,
+    active_set: Literal["any_stage", "end"] = "any_stage",
+    every: int = 1,
+    precision: Literal["double", "float"] = "double",
+    project: Switch = False,
+    out: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Generate C for MODEL, compile it, run it, show the result.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    dt
+        Step size.
+    t_end
+        End of the run.
+    set
+        Parameters, NAME=VALUE ...
+    q0
+        Initial coordinates, NAME=VALUE ...
+    v0
+        Initial velocities by the coordinate's name, NAME=VALUE ...
+    tol
+        Relative tolerance of the Newton iterations; 0 iterates to round-off.
+    r
+        Prox parameter; chosen per contact if not given.
+    active_set
+        Which contacts take part in the impact equations.
+    every
+        Record every N-th step.
+    precision
+        Real type of the generated C.
+    project
+        Start from the nearest state that satisfies the constraints.
+    out
+        File for the trajectory, .npz.
+    plot
+        File for a plot, e.g. run.png.
+    """
+    from signorini import report
+    from signorini.locate import find_model
+    from signorini.workflow import build
+
+    console = Console()
+    for path in (out, plot):
+        if path is not None and not path.resolve().parent.is_dir():
+            raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
+    if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise RunError(f"--plot {plot}: give a name that ends in .png, .pdf or .svg")
+    parameters = _pairs("--set", set)
+    start_q, start_v = _pairs("--q0", q0), _pairs("--v0", v0)
+    with console.status(f"generating and compiling {model}"):
+        stepper = build(find_model(model), stages=stages, precision=precision)
+    q, v = _start(stepper, parameters, start_q, start_v, project)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        traj = _simulate(
+            console,
+            stepper,
+            out,
+            t_end=t_end,
+            dt=dt,
+            q0=q,
+            v0=v,
+            parameters=parameters,
+            tol=tol,
+            r=r,
+            active_set=active_set,
+            every=every,
+        )
+    for warning in caught:
+        console.print(f"note: {warning.message}", style="yellow", markup=False, highlight=False)
+    report.show(console, traj)
+    if out is not None:
+        console.print(f"trajectory: {traj.save(out)}", markup=False, highlight=False)
+    if plot is not None:
+        report.plot(traj, plot)
+        console.print(f"plot: {plot}", markup=False, highlight=False)
+
+
+@app.command
+def generate(
+    model: str,
+    *,
+    stages: int = 3,
+    out: Path | None = None,
+    prefix: str | None = None,
+    precision: Literal["double", "float"] = "double",
+) -> None:
+    """Write the C stepper of MODEL into a folder.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    out
+        Folder to write, by default ./<model>_c.
+    prefix
+        Prefix of the C names, by default the model's name.
+    precision
+        Real type of the generated C.
+    """
+    from signorini.locate import find_model
+    from signorini.workflow import generate as write
+
+    chosen = find_model(model)
+    folder = write(
+        chosen,
+        Path(f"{chosen.name}_c") if out is None else out,
+        stages=stages,
+        prefix=prefix,
+        precision=precision,
+    )
+    console = Console()
+    table = Table(title=f"{folder}", title_justify="left")
+    table.add_column("file")
+    table.add_column("bytes", justify="right")
+    for path in sorted(folder.iterdir()):
+        if path.is_file():
+            table.add_row(path.name, str(path.stat().st_size))
+    console.print(table)
+    console.print(f"build and run: make -C {folder} && {folder}/example", markup=False, highlight=False)
+
+
+@app.command(name="list")
+def list_models() -> None:
+    """List the models that come with the package."""
+    from signorini.codegen.validate import freeze
+    from signorini.locate import find_model, shipped
+
+    table = Table()
+    for heading in ("model", "", "n_q", "n_g", "n_gamma", "n_N", "n_F"):
+        table.add_column(heading, justify="right" if heading.startswith("n_") else "left")
+    for name in shipped():
+        data = freeze(find_model(name))
+        sizes = (data.n_q, data.n_g, data.n_gamma, data.n_N, data.n_F)
+        table.add_row(name, data.doc, *map(str, sizes))
+    Console().print(table)
+
+
+def _pairs(option: str, pairs: list[str] | None) -> dict[str, float]:
+    """NAME=VALUE ... as a dictionary."""
+    values: dict[str, float] = {}
+    for pair in pairs or []:
+        name, equals, text = pair.partition("=")
+        try:
+            number = float(text)
+        except ValueError:
+            number = float("nan")
+        if not name or not equals or not np.isfinite(number):
+            raise RunError(f"{option} {pair}: write NAME=VALUE with a finite number")
+        if name in values:
+            raise RunError(f"{option}: '{name}' is given twice")
+        values[name] = number
+    return values
+
+
+def _start(
+    stepper: Stepper,
+    parameters: dict[str, float],
+    q0: dict[str, float],
+    v0: dict[str, float],
+    project: bool,
+) -> tuple[Any, Any]:
+    if not project:
+        return q0, v0
+    return stepper.project(q0, v0, parameters=parameters)
+
+
+def _simulate(console: Console, stepper: Stepper, out: Path | None, **arguments: Any) -> Trajectory:
+    """Run with progress; what was done before a failure or an interruption is saved."""
+    long = arguments["t_end"] / arguments["dt"] > _QUIET_STEPS if arguments["dt"] > 0 else False
+    columns = (TextColumn("steps"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not long, transient=True) as bar:
+        task = bar.add_task("steps", total=None)
+
+        def advance(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        try:
+            return stepper.simulate(progress=advance, **arguments)
+        except (StepError, KeyboardInterrupt) as error:
+            partial = getattr(error, "trajectory", None)
+            if out is not None and partial is not None:
+                partial.save(out)
+                console.print(f"the {len(partial) - 1} steps done are in {out}", markup=False)
+            raise
+
+
+if __name__ == "__main__":
+    main()

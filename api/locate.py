@@ -1,0 +1,95 @@
+"""Finds the model that a MODEL argument names."""
+
+import importlib
+import importlib.util
+import pkgutil
+import re
+import sys
+import traceback
+from pathlib import Path
+
+import signorini.models
+from signorini.codegen.errors import ModelError
+from signorini.codegen.model import Model
+from signorini.runtime.errors import RunError
+
+
+def shipped() -> list[str]:
+    """Names of the models that come with the package."""
+    return sorted(m.name for m in pkgutil.iter_modules(signorini.models.__path__))
+
+
+def find_model(name: str) -> Model:
+    """Return the model of a shipped name, ``path.py[:function]`` or ``package.module[:function]``.
+
+    Raises
+    ------
+    RunError
+        If there is no such model, or its file fails.
+    """
+    place, _, function = name.partition(":") if not re.match(r"[A-Za-z]:[\\/]", name) else (name, "", "")
+    function = function or "model"
+    module = _module(place)
+    make = getattr(module, function, None)
+    if not callable(make):
+        raise RunError(f"{place} has no function '{function}': define 'def model() -> sg.Model'")
+    try:
+        model = make()
+    except (ModelError, RunError):
+        raise
+    except Exception as error:
+        raise RunError(_failure(f"{place}:{function}", error)) from None
+    if not isinstance(model, Model):
+        raise RunError(f"{place}:{function} returned {type(model).__name__}, not a signorini.Model")
+    return model
+
+
+def _module(place: str) -> object:
+    if place in shipped():
+        return importlib.import_module(f"signorini.models.{place}")
+    path = Path(place)
+    if place.endswith(".py") or path.is_file():
+        if not path.is_file():
+            raise RunError(f"there is no file {place}")
+        spec = importlib.util.spec_from_file_location(f"_model_{path.stem}", path)
+        if spec is None or spec.loader is None:
+            raise RunError(f"{place} is no Python file")
+        module = importlib.util.module_from_spec(spec)
+        sys.path.insert(0, str(path.parent.resolve()))
+        try:
+            spec.loader.exec_module(module)
+        except (ModelError, RunError):
+            raise
+        except Exception as error:
+            raise RunError(_failure(place, error)) from None
+        finally:
+            sys.path.pop(0)
+        return module
+    if re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", place):
+        sys.path.insert(0, str(Path.cwd()))
+        try:
+            return importlib.import_module(place)
+        except ModuleNotFoundError as error:
+            if error.name is None or not (place + ".").startswith(error.name + "."):
+                raise RunError(_failure(place, error)) from None
+        except (ModelError, RunError):
+            raise
+        except Exception as error:
+            raise RunError(_failure(place, error)) from None
+        finally:
+            sys.path.pop(0)
+    raise RunError(
+        f"there is no model '{place}': give one of {', '.join(shipped())}, a file path.py[:function] "
+        "or a module package.module[:function]"
+    )
+
+
+def _failure(place: str, error: Exception) -> str:
+    """The user's own exception with the line of the user's file."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if Path(f.filename).name not in ("locate.py",)]
+    where = ""
+    for frame in own:
+        if Path(frame.filename).name == Path(place.partition(":")[0]).name:
+            where = f" in line {frame.lineno}: {frame.line}"
+    return f"{place} failed{where}\n{type(error).__name__}: {error}"
