@@ -11,7 +11,7 @@ from signorini.codegen.derive import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
 from signorini.codegen.scheme import Assembly, Point
 
-_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "w", "real", "problem"})
+_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "w", "real", "i_fill"})
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,10 @@ C_MACROS = frozenset(
     """NULL EOF errno assert offsetof INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL isnan isinf isfinite
     isnormal signbit fpclassify isgreater isless islessgreater isunordered math_errhandling FILENAME_MAX
     BUFSIZ RAND_MAX EXIT_SUCCESS EXIT_FAILURE stdin stdout stderr va_start va_end va_arg setjmp
-    unix linux""".split()
+    unix linux M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2
+    M_SQRT1_2""".split()
 )
+_MACRO_FAMILIES = re.compile(r"(DBL|FLT|LDBL|FP|MATH|SG|sg)_|SG\Z|_")
 # libm functions the generated code may call: a quantity of that name would hide the function.
 LIBM = frozenset(
     """sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp expm1 log log1p log10
@@ -60,6 +62,13 @@ def check_identifier(model: str, what: str, name: object, symbol: bool = True) -
     ):
         if name in taken:
             raise ModelError(model, what, f"{name!r} is {kind}", "Choose another name")
+    if _MACRO_FAMILIES.match(name):
+        raise ModelError(
+            model,
+            what,
+            f"{name!r} belongs to the C library's macros or to the generated code",
+            "Choose another name",
+        )
     if "__" in name:
         raise ModelError(
             model, what, f"{name!r} has a double underscore", "C++ reserves such names: choose another"

@@ -208,6 +208,14 @@ def emit_spec(
             f"prefix {prefix!r} would collide: names starting with sg_, ending in _ or holding __ "
             "are taken"
         )
+    taken = {f"{prefix}_{name}".upper() for name in ("N_Q", "N_U", "N_G", "N_GAMMA", "N_N", "N_F")}
+    taken |= {f"{prefix}_{name}".upper() for name in ("N_R", "N_STAGES", "N_OUTPUTS")}
+    taken |= {f"{prefix.upper()}_{name}" for name, _ in STATUSES}
+    for name in (*data.coordinates, *data.velocities, *data.inputs, *(p.name for p in data.parameters)):
+        if name in taken:
+            raise GenerationError(
+                f"the name '{name}' is a macro of the generated header: rename it or choose a prefix"
+            )
     d = Derivation(data)
     try:
         plan = SCHEMES[scheme](d, stages)

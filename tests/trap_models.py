@@ -1,0 +1,161 @@
+"""Models built to catch faults: every feature of the front end in an inconvenient place."""
+
+import casadi as ca
+import sympy as sp
+
+import signorini as sg
+
+
+def rheonomic() -> sg.Model:
+    """Time in L, f, g, gamma, g_N, gamma_F, bound; chi != 0 everywhere; L not separable."""
+    m = sg.Model("rheonomic")
+    x, y, z, phi = m.coordinates("x y z phi")
+    vx, vy, vz, w = m.velocities
+    t = m.time
+    m1, k, a, mu, e_N, e_F, om = m.parameters(
+        m1=1.3, k=2.0, a=0.4, mu=0.35, e_N=0.3, e_F=0.2, om=1.7
+    )
+    u1, u2 = m.inputs("u1 u2")
+    m.lagrangian = (
+        m1 / 2 * (vx**2 + vy**2 + vz**2) * (1 + sp.Rational(1, 5) * sp.sin(x) * sp.cos(t))
+        + a**2 / 2 * w**2 * (2 + sp.cos(phi))
+        + sp.Rational(1, 3) * vx * w * sp.cos(phi + t)
+        + vy * x * sp.sin(om * t)
+        - m1 * 9.81 * y
+        - k / 2 * (z - sp.sin(t)) ** 2
+    )
+    m.force([u1 - 0.1 * vx * vy, 0.2 * u2 * x, -0.3 * vz + u1 * sp.cos(t), -0.05 * w**3])
+    m.force({"phi": u2 * sp.sin(phi)})
+    m.constraint("link", z - a * sp.sin(phi) - sp.Rational(1, 10) * sp.sin(2 * t))
+    m.velocity_constraint("roll", vx - a * w * sp.cos(phi) - sp.Rational(1, 5) * sp.cos(t) * (1 + x))
+    m.contact(
+        "table",
+        g_N=y - sp.Rational(1, 10) * sp.sin(om * t) - sp.Rational(1, 20) * sp.cos(x),
+        gamma_F=[vx + a * w - sp.Rational(1, 2) * sp.cos(t), vz * (1 + x**2) + sp.sin(t)],
+        mu=mu,
+        e_N=e_N,
+        e_F=e_F,
+    )
+    m.output("height", y + u1 * sp.Abs(x))
+    m.initial_state(
+        q=[0.1, 0.6, a * sp.sin(0.2), 0.2],
+        v=[
+            a * 0.5 * sp.cos(0.2) + sp.Rational(1, 5) * sp.Rational(11, 10),
+            -0.4,
+            a * sp.cos(0.2) * 0.5 + sp.Rational(1, 5),
+            0.5,
+        ],
+    )
+    return m
+
+
+def mixed_contacts() -> sg.Model:
+    """Frictionless, planar and spatial contacts, a guard, and friction with a bound."""
+    m = sg.Model("mixed_contacts", symbols="casadi")
+    x, y, z, s = m.coordinates("x y z s", velocities="u v w r")
+    vx, vy, vz, vs = m.velocities
+    t = m.time
+    mass, c, mu, e = m.parameters(mass=sg.par(0.7, unit="kg"), c=0.3, mu=0.4, e=0.6)
+    (push,) = m.inputs("push")
+    m.lagrangian = (
+        0.5 * mass * (vx**2 + vy**2 + vz**2)
+        + 0.5 * c * vs**2
+        + 0.1 * vs * vx * ca.cos(s)
+        - mass * 9.81 * z
+        - 0.5 * (s - x) ** 2
+    )
+    m.force([push, 0.3 * ca.sin(3 * t), ca.if_else(vz > 0, -0.1 * vz, -0.2 * vz), 0])
+    m.contact("ground", g_N=z - 0.1 * ca.sin(x), gamma_F=[vx, vy + 0.1 * vx * y], mu=mu, e_N=e)
+    m.contact("wall", g_N=1 - x + 0.05 * y**2, gamma_F=vy + 0.2 * ca.cos(t), mu=2 * mu, e_N=0.1)
+    m.contact("stop", g_N=s + 0.3 + 0.02 * t, e_N=e / 2)
+    m.contact("ledge", g_N=z - 0.25, gamma_F=[vx, vy], mu=0.2, e_N=0, guard=y - 0.2)
+    m.friction("brake", gamma_F=vs - 0.5 * vx, bound=0.4 + 0.2 * ca.sin(t) + 0.1 * x**2 + 0.1 * push)
+    m.friction("plate", gamma_F=[vx - 0.1, vy * ca.cos(x)], bound=0.2)
+    m.initial_state(q=[0.1, 0.1, 0.6, 0.0], v=[0.8, 0.3, 0, -0.5])
+    return m
+
+
+def unconstrained() -> sg.Model:
+    """No constraint at all: a double pendulum in absolute angles."""
+    m = sg.Model("unconstrained")
+    q, h = m.coordinates("q h")
+    qd, hd = m.velocities
+    (g,) = m.parameters(g=9.81)
+    m.lagrangian = qd**2 + hd**2 / 2 + qd * hd * sp.cos(q - h) + 2 * g * sp.cos(q) + g * sp.cos(h)
+    m.initial_state(q=[1.0, 0.5], v=[0.1, -0.3])
+    return m
+
+
+def only_constraints() -> sg.Model:
+    """A Chaplygin sleigh on a driven rail: position and velocity constraints, no contact."""
+    m = sg.Model("only_constraints", symbols="casadi")
+    x, y, th, b = m.coordinates("x y th b")
+    vx, vy, om, vb = m.velocities
+    t = m.time
+    m.lagrangian = 0.5 * (vx**2 + vy**2) + 0.1 * om**2 + 0.2 * vb**2 + 0.05 * vb * om
+    m.velocity_constraint("blade", -ca.sin(th) * vx + ca.cos(th) * vy - 0.3 * om)
+    m.constraint("drive", b - 0.2 * ca.sin(t) - 0.1 * x**2)
+    m.initial_state(q=[0, 0, 0.3, 0], v=[ca.cos(0.3), ca.sin(0.3), 0, 0.2])
+    return m
+
+
+def one_coordinate() -> sg.Model:
+    """The smallest model: a ball on a moving table."""
+    m = sg.Model("one_coordinate")
+    (y,) = m.coordinates("y")
+    (vy,) = m.velocities
+    m.lagrangian = vy**2 / 2 - 10 * y
+    m.contact("table", g_N=y - sp.sin(5 * m.time) / 20, e_N=0.5)
+    m.initial_state(q=[0.3])
+    return m
+
+
+def sticking_incline() -> sg.Model:
+    """Spatial friction with tangential restitution, frozen Lagrangian parameters."""
+    m = sg.Model("sticking_incline")
+    x, y, z = m.coordinates("x y z")
+    vx, vy, vz = m.velocities
+    mass, mu, e_F = m.parameters(mass=2.0, mu=0.6, e_F=0.4)
+    m.lagrangian = mass / 2 * (vx**2 + vy**2 + vz**2) - mass * (9.81 * z + 3 * x)
+    m.contact(
+        "plane",
+        g_N=z + sp.Rational(1, 10) * x * y,
+        gamma_F=[vx + vz / 10, vy - y * vz / 5],
+        mu=mu,
+        e_N=sp.Rational(1, 4),
+        e_F=e_F,
+    )
+    m.initial_state(q=[0, 0, 0.3], v=[1, -0.5, 0])
+    return m
+
+
+def chain(links: int = 10) -> sg.Model:
+    """Planar chain of `links` rods in absolute angles, a wall at the tip."""
+    m = sg.Model(f"chain_{links}")
+    phi = m.coordinates(" ".join(f"phi_{k}" for k in range(links)))
+    w = m.velocities
+    (grav,) = m.parameters(grav=9.81)
+    T: sp.Expr = sp.Integer(0)
+    V: sp.Expr = sp.Integer(0)
+    x_dot = y_dot = x = y = sp.Integer(0)
+    for k in range(links):
+        half_x, half_y = sp.sin(phi[k]) / 2, -sp.cos(phi[k]) / 2
+        vx, vy = x_dot + w[k] * sp.cos(phi[k]) / 2, y_dot + w[k] * sp.sin(phi[k]) / 2
+        T += (vx**2 + vy**2) / 2 + w[k] ** 2 / 24
+        V += grav * (y + half_y)
+        x, y = x + 2 * half_x, y + 2 * half_y
+        x_dot, y_dot = x_dot + w[k] * sp.cos(phi[k]), y_dot + w[k] * sp.sin(phi[k])
+    m.lagrangian = T - V
+    m.contact("wall", g_N=sp.Rational(1, 2) + x, gamma_F=y_dot, mu=0.3, e_N=0.5)
+    m.initial_state(q=[0.3 + 0.05 * k for k in range(links)])
+    return m
+
+
+TRAPS = (
+    rheonomic,
+    mixed_contacts,
+    unconstrained,
+    only_constraints,
+    one_coordinate,
+    sticking_incline,
+)

@@ -1,0 +1,282 @@
+"""The user's expressions as functions of numbers, by routes that share nothing with generation.
+
+SymPy models are differentiated by SymPy and evaluated in double or by mpmath. CasADi models are
+evaluated node by node in complex arithmetic, double or mpmath; first derivatives by complex step.
+"""
+
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+import mpmath as mp
+import numpy as np
+import sympy as sp
+
+from signorini.codegen.model import Model
+
+DIGITS = 50
+Vector = np.ndarray
+Expression = Any
+
+
+def _flat(blocks: Sequence[tuple[str, list[Any]]]) -> list[Any]:
+    return [e for _, block in blocks for e in block]
+
+
+class Expressions:
+    """Numbers from a model's expressions.
+
+    Parameters
+    ----------
+    model : Model
+        The model as the user wrote it.
+    high : bool
+        Evaluate with 50 digits (arrays of mpf) instead of in double.
+
+    Notes
+    -----
+    All methods take (t, q, v, u, par) as numbers or arrays and return arrays.
+    """
+
+    def __init__(self, model: Model, high: bool = False) -> None:
+        self.high = high
+        self.n_q = len(model.q)
+        contacts = model.contacts
+        self.contacts = contacts
+        total = [0] * self.n_q
+        for force in model.forces:
+            total = [a + b for a, b in zip(total, force, strict=True)]
+        rows = {
+            "L": [model.L],
+            "f": total,
+            "g": _flat(model.constraints),
+            "gamma": _flat(model.velocity_constraints),
+            "g_N": [c.g_N for c in contacts if c.g_N is not None],
+            "gamma_F": [e for c in contacts for e in c.gamma_F],
+            "bound": [c.bound for c in contacts if c.g_N is None],
+            "guard": [0 if c.guard is None else c.guard for c in contacts],
+            "mu": [c.mu for c in contacts],
+            "e_N": [c.e_N for c in contacts],
+            "e_F": [c.e_F for c in contacts],
+            "outputs": [e for _, e in model.outputs],
+        }
+        world = _SymPy if model.world.name == "sympy" else _CasADi
+        self._world = world(model, rows, high)
+        self.n = {name: len(value) for name, value in rows.items()}
+
+    def value(self, name: str, *at: Any) -> Vector:
+        """Value of a quantity the user wrote."""
+        return self._world.value(name, at)
+
+    def derivative(self, name: str, variable: str, *at: Any) -> Vector:
+        """Jacobian of such a quantity in "t", "q" or "v", shape (rows, columns)."""
+        return self._world.derivative(name, variable, at)
+
+    def p(self, *at: Any) -> Vector:
+        return self.derivative("L", "v", *at)[0]
+
+    def L_q(self, *at: Any) -> Vector:
+        return self.derivative("L", "q", *at)[0]
+
+    def energy(self, *at: Any) -> Any:
+        return self.p(*at) @ np.asarray(at[2]) - self.value("L", *at)[0]
+
+    def dot(self, name: str, *at: Any) -> Vector:
+        """Total time derivative of g or g_N."""
+        if not self.n[name]:
+            return self.value(name, *at)
+        rate = self.derivative(name, "q", *at) @ np.asarray(at[2])
+        return rate + self.derivative(name, "t", *at)[:, 0]
+
+    def W(self, *at: Any) -> Vector:
+        """All force directions, n_q x (n_g + n_gamma + n_N + n_F)."""
+        columns = [
+            self.derivative(name, variable, *at).T
+            for name, variable in (("g", "q"), ("gamma", "v"), ("g_N", "q"), ("gamma_F", "v"))
+            if self.n[name]
+        ]
+        return np.hstack(columns) if columns else np.zeros((self.n_q, 0))
+
+    def y(self, *at: Any) -> Vector:
+        """g, gamma, g_N, gamma_F in one column."""
+        return np.concatenate([self.value(n, *at) for n in ("g", "gamma", "g_N", "gamma_F")])
+
+    def y_dot(self, *at: Any) -> Vector:
+        """g_dot, gamma, g_N_dot, gamma_F in one column."""
+        return np.concatenate(
+            [
+                self.dot("g", *at),
+                self.value("gamma", *at),
+                self.dot("g_N", *at),
+                self.value("gamma_F", *at),
+            ]
+        )
+
+
+class _SymPy:
+    def __init__(self, model: Model, rows: dict[str, list[Any]], high: bool) -> None:
+        smooth = sp.Function("smooth")
+        del smooth
+        self.rows = {
+            name: [self._plain(sp.sympify(e)) for e in value] for name, value in rows.items()
+        }
+        self.symbols = [model.time, *model.q, *model.v, *model.u, *model.par]
+        self.variables = {"t": [model.time], "q": model.q, "v": model.v}
+        self.modules = "mpmath" if high else "numpy"
+        self.high = high
+        self._functions: dict[Any, Callable[..., Any]] = {}
+
+    @staticmethod
+    def _plain(e: sp.Expr) -> sp.Expr:
+        """Without the markers of smoothness."""
+        return e.replace(lambda n: type(n).__name__ == "smooth", lambda n: n.args[0])
+
+    def _call(self, key: Any, expressions: list[sp.Expr], at: Any) -> list[Any]:
+        if key not in self._functions:
+            self._functions[key] = sp.lambdify(
+                self.symbols, expressions, modules=self.modules, cse=True
+            )
+        numbers = [x for part in at for x in np.atleast_1d(np.asarray(part, dtype=object))]
+        if self.high:
+            with mp.workdps(DIGITS):
+                return list(self._functions[key](*(mp.mpf(x) for x in numbers)))
+        return list(self._functions[key](*(float(x) for x in numbers)))
+
+    def _array(self, values: list[Any]) -> Vector:
+        return np.array(values, dtype=object if self.high else float)
+
+    def value(self, name: str, at: Any) -> Vector:
+        return self._array(self._call(name, self.rows[name], at)) if self.rows[name] else np.zeros(0)
+
+    def derivative(self, name: str, variable: str, at: Any) -> Vector:
+        key = (name, variable)
+        x = self.variables[variable]
+        rows = self.rows[name]
+        if not rows:
+            return np.zeros((0, len(x)))
+        expressions = [] if key in self._functions else [sp.diff(e, s) for e in rows for s in x]
+        return self._array(self._call(key, expressions, at)).reshape(len(rows), len(x))
+
+
+class _CasADi:
+    """Node-by-node evaluation of SX graphs; the derivative is Im f(x + i h) / h."""
+
+    def __init__(self, model: Model, rows: dict[str, list[Any]], high: bool) -> None:
+        symbols = [model.time, *model.q, *model.v, *model.u, *model.par]
+        inputs = ca.vertcat(*symbols)
+        self.functions = {
+            name: ca.Function(name, [inputs], [ca.vertcat(ca.SX(0, 1), *(ca.SX(e) for e in value))])
+            for name, value in rows.items()
+        }
+        n_q = len(model.q)
+        self.columns = {"t": range(1), "q": range(1, 1 + n_q), "v": range(1 + n_q, 1 + 2 * n_q)}
+        self.high = high
+        self.lib: Any = mp if high else cmath
+        self.step = mp.mpf(10) ** -40 if high else 1e-100
+
+    def _numbers(self, at: Any) -> list[Any]:
+        make = mp.mpf if self.high else float
+        return [make(x) for part in at for x in np.atleast_1d(np.asarray(part, dtype=object))]
+
+    def value(self, name: str, at: Any) -> Vector:
+        with mp.workdps(DIGITS):
+            values = self._run(self.functions[name], self._numbers(at))
+            return np.array([v.real for v in values], dtype=object if self.high else float)
+
+    def derivative(self, name: str, variable: str, at: Any) -> Vector:
+        with mp.workdps(DIGITS):
+            x = self._numbers(at)
+            columns = []
+            for k in self.columns[variable]:
+                z = list(x)
+                z[k] = (mp.mpc if self.high else complex)(x[k], self.step)
+                columns.append([v.imag / self.step for v in self._run(self.functions[name], z)])
+            return np.array(columns, dtype=object if self.high else float).T.reshape(
+                -1, len(self.columns[variable])
+            )
+
+    def _run(self, f: ca.Function, x: list[Any]) -> list[Any]:
+        make = mp.mpc if self.high else complex
+        work: list[Any] = [make(0)] * max(f.sz_w(), 1)
+        out: list[Any] = [make(0)] * f.numel_out(0)
+        nonzeros = f.sparsity_out(0).row() if f.numel_out(0) else []
+        for k in range(f.n_instructions()):
+            op = f.instruction_id(k)
+            i, o = f.instruction_input(k), f.instruction_output(k)
+            if op == ca.OP_INPUT:
+                work[o[0]] = make(x[i[1]])
+            elif op == ca.OP_CONST:
+                work[o[0]] = make(f.instruction_constant(k))
+            elif op == ca.OP_OUTPUT:
+                out[nonzeros[o[1]]] = work[i[0]]
+            else:
+                work[o[0]] = self._operate(op, *(work[j] for j in i))
+        return out
+
+    def _operate(self, op: int, x: Any, y: Any = None) -> Any:
+        m = self.lib
+        table: dict[int, Callable[[], Any]] = {
+            ca.OP_ASSIGN: lambda: x,
+            ca.OP_ADD: lambda: x + y,
+            ca.OP_SUB: lambda: x - y,
+            ca.OP_MUL: lambda: x * y,
+            ca.OP_DIV: lambda: x / y,
+            ca.OP_NEG: lambda: -x,
+            ca.OP_SQ: lambda: x * x,
+            ca.OP_TWICE: lambda: x + x,
+            ca.OP_INV: lambda: 1 / x,
+            ca.OP_POW: lambda: self._power(x, y),
+            ca.OP_CONSTPOW: lambda: self._power(x, y),
+            ca.OP_SQRT: lambda: m.sqrt(x),
+            ca.OP_SIN: lambda: m.sin(x),
+            ca.OP_COS: lambda: m.cos(x),
+            ca.OP_TAN: lambda: m.tan(x),
+            ca.OP_ASIN: lambda: m.asin(x),
+            ca.OP_ACOS: lambda: m.acos(x),
+            ca.OP_ATAN: lambda: m.atan(x),
+            ca.OP_SINH: lambda: m.sinh(x),
+            ca.OP_COSH: lambda: m.cosh(x),
+            ca.OP_TANH: lambda: m.tanh(x),
+            ca.OP_ASINH: lambda: m.asinh(x),
+            ca.OP_ACOSH: lambda: m.acosh(x),
+            ca.OP_ATANH: lambda: m.atanh(x),
+            ca.OP_EXP: lambda: m.exp(x),
+            ca.OP_EXPM1: lambda: m.exp(x) - 1,
+            ca.OP_LOG: lambda: m.log(x),
+            ca.OP_LOG1P: lambda: m.log(1 + x),
+            ca.OP_FABS: lambda: x if x.real >= 0 else -x,
+            ca.OP_SIGN: lambda: type(x)((x.real > 0) - (x.real < 0)),
+            ca.OP_FLOOR: lambda: type(x)(math.floor(x.real)),
+            ca.OP_CEIL: lambda: type(x)(math.ceil(x.real)),
+            ca.OP_FMIN: lambda: x if x.real <= y.real else y,
+            ca.OP_FMAX: lambda: x if x.real >= y.real else y,
+            ca.OP_HYPOT: lambda: m.sqrt(x * x + y * y),
+            ca.OP_ATAN2: lambda: self._atan2(x, y),
+            ca.OP_LT: lambda: type(x)(x.real < y.real),
+            ca.OP_LE: lambda: type(x)(x.real <= y.real),
+            ca.OP_EQ: lambda: type(x)(x.real == y.real),
+            ca.OP_NE: lambda: type(x)(x.real != y.real),
+            ca.OP_NOT: lambda: type(x)(x.real == 0),
+            ca.OP_AND: lambda: type(x)(x.real != 0 and y.real != 0),
+            ca.OP_OR: lambda: type(x)(x.real != 0 or y.real != 0),
+            ca.OP_IF_ELSE_ZERO: lambda: y if x.real != 0 else type(x)(0),
+            ca.OP_COPYSIGN: lambda: x if (x.real >= 0) == (y.real >= 0) else -x,
+            ca.OP_FMOD: lambda: x - y * int(x.real / y.real),
+        }
+        if op not in table:
+            raise NotImplementedError(f"operation {op} of CasADi has no reference")
+        return table[op]()
+
+    def _power(self, x: Any, y: Any) -> Any:
+        if y.imag == 0 and y.real == int(y.real):
+            return x ** int(y.real)
+        return self.lib.exp(y * self.lib.log(x))
+
+    def _atan2(self, y: Any, x: Any) -> Any:
+        """atan2(y, x) off its branch point, analytic in both."""
+        if abs(x.real) >= abs(y.real):
+            turn = 0 if x.real > 0 else (1 if y.real >= 0 else -1)
+            return self.lib.atan(y / x) + turn * self.lib.pi
+        return (1 if y.real > 0 else -1) * self.lib.pi / 2 - self.lib.atan(x / y)
