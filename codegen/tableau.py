@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from math import comb
 
 import mpmath as mp
 import numpy as np
@@ -84,14 +85,15 @@ def lobatto(s: int) -> Tableau:
 
 
 def _nodes(s: int) -> list[mp.mpf]:
-    def slope(x: mp.mpf) -> mp.mpf:  # (1 - x^2) P'_n(x) / n of the Legendre polynomial on [-1, 1]
-        return mp.legendre(s - 2, x) - x * mp.legendre(s - 1, x)
-
-    inner = []
-    for k in range(1, s - 1):
-        # Extrema of the Chebyshev polynomial lie close to the nodes.
-        inner.append(mp.findroot(slope, -mp.cos(mp.pi * k / (s - 1))))
-    half = [(x + 1) / 2 for x in inner]
+    n = s - 1
+    # P_n(x) = 2^-n sum_k (-1)^k C(n, k) C(2n - 2k, n) x^(n - 2k); its derivative, highest first.
+    slope = [mp.mpf(0)] * n
+    for k in range((n - 1) // 2 + 1):
+        power = n - 2 * k
+        factor = (-1) ** k * comb(n, k) * comb(2 * n - 2 * k, n)
+        slope[2 * k] = mp.mpf(power * factor)
+    roots = mp.polyroots(slope, maxsteps=500, extraprec=300) if n > 1 else []
+    half = sorted((mp.re(x) + 1) / 2 for x in roots)
     for k in range(len(half) // 2):  # the nodes are symmetric: make them so to the last digit
         half[-1 - k] = 1 - half[k]
     if len(half) % 2:

@@ -555,6 +555,7 @@ class _Run:
             "smallest_gap": lib.array(np.full(rows + 1, np.inf)),
             "counts": np.zeros((rows + 1, 6), dtype=np.intc),
         }
+        self.nothing = lib.array(np.zeros(1))
         if stages:
             self.buffers |= {
                 "stage_t": lib.array(np.zeros((rows, s))),
@@ -637,9 +638,11 @@ class _Run:
             row = (done + count) // self.every if count < self.every else done // self.every + 1
             for name, buffer in self.buffers.items():
                 first = row - 1 if name.startswith("stage_") else row
-                if first < len(buffer) and buffer.size:
+                if first < len(buffer):
                     kind = ctypes.c_int if name == "counts" else lib.real
-                    setattr(record, name, buffer[first:].ctypes.data_as(ctypes.POINTER(kind)))
+                    # An empty array has no address to rely on; nothing is written through it.
+                    rows = buffer[first:] if buffer.size else self.nothing
+                    setattr(record, name, rows.ctypes.data_as(ctypes.POINTER(kind)))
         taken = ctypes.c_int(0)
         status = lib.call["simulate"](
             self.state,

@@ -117,8 +117,6 @@ class Expressions:
 
 class _SymPy:
     def __init__(self, model: Model, rows: dict[str, list[Any]], high: bool) -> None:
-        smooth = sp.Function("smooth")
-        del smooth
         self.rows = {
             name: [self._plain(sp.sympify(e)) for e in value] for name, value in rows.items()
         }
@@ -173,7 +171,8 @@ class _CasADi:
         n_q = len(model.q)
         self.columns = {"t": range(1), "q": range(1, 1 + n_q), "v": range(1 + n_q, 1 + 2 * n_q)}
         self.high = high
-        self.lib: Any = mp if high else cmath
+        self.operations = _operations(mp if high else cmath)
+        self._programs: dict[str, list[tuple[int, list[int], list[int], float]]] = {}
         self.step = mp.mpf(10) ** -40 if high else 1e-100
 
     def _numbers(self, at: Any) -> list[Any]:
@@ -197,86 +196,97 @@ class _CasADi:
                 -1, len(self.columns[variable])
             )
 
+    def _instructions(self, f: ca.Function) -> list[tuple[int, list[int], list[int], float]]:
+        if f.name() not in self._programs:
+            self._programs[f.name()] = [
+                (
+                    f.instruction_id(k),
+                    f.instruction_input(k),
+                    f.instruction_output(k),
+                    f.instruction_constant(k) if f.instruction_id(k) == ca.OP_CONST else 0.0,
+                )
+                for k in range(f.n_instructions())
+            ]
+        return self._programs[f.name()]
+
     def _run(self, f: ca.Function, x: list[Any]) -> list[Any]:
         make = mp.mpc if self.high else complex
+        operate = self.operations
         work: list[Any] = [make(0)] * max(f.sz_w(), 1)
         out: list[Any] = [make(0)] * f.numel_out(0)
         nonzeros = f.sparsity_out(0).row() if f.numel_out(0) else []
-        for k in range(f.n_instructions()):
-            op = f.instruction_id(k)
-            i, o = f.instruction_input(k), f.instruction_output(k)
+        for op, i, o, constant in self._instructions(f):
             if op == ca.OP_INPUT:
                 work[o[0]] = make(x[i[1]])
             elif op == ca.OP_CONST:
-                work[o[0]] = make(f.instruction_constant(k))
+                work[o[0]] = make(constant)
             elif op == ca.OP_OUTPUT:
                 out[nonzeros[o[1]]] = work[i[0]]
             else:
-                work[o[0]] = self._operate(op, *(work[j] for j in i))
+                work[o[0]] = operate[op](*(work[j] for j in i))
         return out
 
-    def _operate(self, op: int, x: Any, y: Any = None) -> Any:
-        m = self.lib
-        table: dict[int, Callable[[], Any]] = {
-            ca.OP_ASSIGN: lambda: x,
-            ca.OP_ADD: lambda: x + y,
-            ca.OP_SUB: lambda: x - y,
-            ca.OP_MUL: lambda: x * y,
-            ca.OP_DIV: lambda: x / y,
-            ca.OP_NEG: lambda: -x,
-            ca.OP_SQ: lambda: x * x,
-            ca.OP_TWICE: lambda: x + x,
-            ca.OP_INV: lambda: 1 / x,
-            ca.OP_POW: lambda: self._power(x, y),
-            ca.OP_CONSTPOW: lambda: self._power(x, y),
-            ca.OP_SQRT: lambda: m.sqrt(x),
-            ca.OP_SIN: lambda: m.sin(x),
-            ca.OP_COS: lambda: m.cos(x),
-            ca.OP_TAN: lambda: m.tan(x),
-            ca.OP_ASIN: lambda: m.asin(x),
-            ca.OP_ACOS: lambda: m.acos(x),
-            ca.OP_ATAN: lambda: m.atan(x),
-            ca.OP_SINH: lambda: m.sinh(x),
-            ca.OP_COSH: lambda: m.cosh(x),
-            ca.OP_TANH: lambda: m.tanh(x),
-            ca.OP_ASINH: lambda: m.asinh(x),
-            ca.OP_ACOSH: lambda: m.acosh(x),
-            ca.OP_ATANH: lambda: m.atanh(x),
-            ca.OP_EXP: lambda: m.exp(x),
-            ca.OP_EXPM1: lambda: m.exp(x) - 1,
-            ca.OP_LOG: lambda: m.log(x),
-            ca.OP_LOG1P: lambda: m.log(1 + x),
-            ca.OP_FABS: lambda: x if x.real >= 0 else -x,
-            ca.OP_SIGN: lambda: type(x)((x.real > 0) - (x.real < 0)),
-            ca.OP_FLOOR: lambda: type(x)(math.floor(x.real)),
-            ca.OP_CEIL: lambda: type(x)(math.ceil(x.real)),
-            ca.OP_FMIN: lambda: x if x.real <= y.real else y,
-            ca.OP_FMAX: lambda: x if x.real >= y.real else y,
-            ca.OP_HYPOT: lambda: m.sqrt(x * x + y * y),
-            ca.OP_ATAN2: lambda: self._atan2(x, y),
-            ca.OP_LT: lambda: type(x)(x.real < y.real),
-            ca.OP_LE: lambda: type(x)(x.real <= y.real),
-            ca.OP_EQ: lambda: type(x)(x.real == y.real),
-            ca.OP_NE: lambda: type(x)(x.real != y.real),
-            ca.OP_NOT: lambda: type(x)(x.real == 0),
-            ca.OP_AND: lambda: type(x)(x.real != 0 and y.real != 0),
-            ca.OP_OR: lambda: type(x)(x.real != 0 or y.real != 0),
-            ca.OP_IF_ELSE_ZERO: lambda: y if x.real != 0 else type(x)(0),
-            ca.OP_COPYSIGN: lambda: x if (x.real >= 0) == (y.real >= 0) else -x,
-            ca.OP_FMOD: lambda: x - y * int(x.real / y.real),
-        }
-        if op not in table:
-            raise NotImplementedError(f"operation {op} of CasADi has no reference")
-        return table[op]()
 
-    def _power(self, x: Any, y: Any) -> Any:
+def _operations(m: Any) -> dict[int, Callable[..., Any]]:
+    """Operations of CasADi on complex numbers; branches look at the real part."""
+
+    def power(x: Any, y: Any) -> Any:
         if y.imag == 0 and y.real == int(y.real):
             return x ** int(y.real)
-        return self.lib.exp(y * self.lib.log(x))
+        return m.exp(y * m.log(x))
 
-    def _atan2(self, y: Any, x: Any) -> Any:
-        """atan2(y, x) off its branch point, analytic in both."""
+    def atan2(y: Any, x: Any) -> Any:
+        # Off its branch point, analytic in both.
         if abs(x.real) >= abs(y.real):
             turn = 0 if x.real > 0 else (1 if y.real >= 0 else -1)
-            return self.lib.atan(y / x) + turn * self.lib.pi
-        return (1 if y.real > 0 else -1) * self.lib.pi / 2 - self.lib.atan(x / y)
+            return m.atan(y / x) + turn * m.pi
+        return (1 if y.real > 0 else -1) * m.pi / 2 - m.atan(x / y)
+
+    return {
+        ca.OP_ASSIGN: lambda x: x,
+        ca.OP_ADD: lambda x, y: x + y,
+        ca.OP_SUB: lambda x, y: x - y,
+        ca.OP_MUL: lambda x, y: x * y,
+        ca.OP_DIV: lambda x, y: x / y,
+        ca.OP_NEG: lambda x: -x,
+        ca.OP_SQ: lambda x: x * x,
+        ca.OP_TWICE: lambda x: x + x,
+        ca.OP_INV: lambda x: 1 / x,
+        ca.OP_POW: power,
+        ca.OP_CONSTPOW: power,
+        ca.OP_SQRT: m.sqrt,
+        ca.OP_SIN: m.sin,
+        ca.OP_COS: m.cos,
+        ca.OP_TAN: m.tan,
+        ca.OP_ASIN: m.asin,
+        ca.OP_ACOS: m.acos,
+        ca.OP_ATAN: m.atan,
+        ca.OP_SINH: m.sinh,
+        ca.OP_COSH: m.cosh,
+        ca.OP_TANH: m.tanh,
+        ca.OP_ASINH: m.asinh,
+        ca.OP_ACOSH: m.acosh,
+        ca.OP_ATANH: m.atanh,
+        ca.OP_EXP: m.exp,
+        ca.OP_EXPM1: lambda x: m.exp(x) - 1,
+        ca.OP_LOG: m.log,
+        ca.OP_LOG1P: lambda x: m.log(1 + x),
+        ca.OP_FABS: lambda x: x if x.real >= 0 else -x,
+        ca.OP_SIGN: lambda x: type(x)((x.real > 0) - (x.real < 0)),
+        ca.OP_FLOOR: lambda x: type(x)(math.floor(x.real)),
+        ca.OP_CEIL: lambda x: type(x)(math.ceil(x.real)),
+        ca.OP_FMIN: lambda x, y: x if x.real <= y.real else y,
+        ca.OP_FMAX: lambda x, y: x if x.real >= y.real else y,
+        ca.OP_HYPOT: lambda x, y: m.sqrt(x * x + y * y),
+        ca.OP_ATAN2: atan2,
+        ca.OP_LT: lambda x, y: type(x)(x.real < y.real),
+        ca.OP_LE: lambda x, y: type(x)(x.real <= y.real),
+        ca.OP_EQ: lambda x, y: type(x)(x.real == y.real),
+        ca.OP_NE: lambda x, y: type(x)(x.real != y.real),
+        ca.OP_NOT: lambda x: type(x)(x.real == 0),
+        ca.OP_AND: lambda x, y: type(x)(x.real != 0 and y.real != 0),
+        ca.OP_OR: lambda x, y: type(x)(x.real != 0 or y.real != 0),
+        ca.OP_IF_ELSE_ZERO: lambda x, y: y if x.real != 0 else type(x)(0),
+        ca.OP_COPYSIGN: lambda x, y: x if (x.real >= 0) == (y.real >= 0) else -x,
+        ca.OP_FMOD: lambda x, y: x - y * int(x.real / y.real),
+    }

@@ -14,10 +14,10 @@ typedef struct {
     int n_x, n_slots, x, lambda, response, level, follows;
 } sg_problem;
 
-enum { SG_POSITION = 0, SG_VELOCITY = 1 };          /* sg_problem.level */
-enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };     /* kind of a percussion row */
-enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };     /* info.percussions */
-enum { SG_COLD = 1, SG_DAMPED = 2, SG_SWEPT = 4 };  /* info.rescues */
+enum { SG_POSITION = 0, SG_VELOCITY = 1 };         /* sg_problem.level */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };    /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };    /* info.percussions */
+enum { SG_COLD = 1, SG_DAMPED = 2, SG_SWEPT = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
 static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};
@@ -33,8 +33,8 @@ static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
 static void SG(finish)(SG(work) * w);
 static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
                        real stage_R[]);
-static void SG(evaluate_consistency)(real t, const real q[], const real v[],
-                                     const SG(params) * par, SG(consistency) * out);
+static void SG(evaluate_consistency)(real t, const real q[], const real v[], const SG(params) * par,
+                                     SG(consistency) * out);
 
 /* 1 if percussion row c of a slot belongs to the position level (g, g_N), 0 for velocities. */
 static int sg_is_gap_row(int c) {

@@ -1,0 +1,52 @@
+"""Options and shared steppers of the test suite."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import signorini as sg
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+# A cache of its own: nothing compiled earlier may hide a fault.
+os.environ.setdefault(
+    "SIGNORINI_CACHE",
+    str(Path(tempfile.gettempdir()) / f"signorini-tests-{os.getppid()}"),
+)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--update-golden", action="store_true", help="rewrite the golden steppers in generated/"
+    )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Slow studies run only when asked for by their marker."""
+    if "slow" in (config.option.markexpr or ""):
+        return
+    for item in items:
+        if "slow" in item.keywords:
+            item.add_marker(pytest.mark.skip(reason="a long study: run with -m slow"))
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def stepper() -> Callable[..., sg.Stepper]:
+    """Build a stepper once per test process: ``stepper(model_function, stages)``."""
+
+    @cache
+    def make(model: Callable[[], sg.Model], stages: int = 3) -> sg.Stepper:
+        return sg.build(model(), stages=stages)
+
+    return make
