@@ -55,7 +55,7 @@ class Model:
     """
 
     def __init__(self, name: str, symbols: str = "sympy") -> None:
-        self.name = check_identifier(str(name), "its name", name)
+        self.name = check_identifier(str(name), "its name", name, symbol=False)
         worlds: dict[str, type] = {"sympy": SymPy, "casadi": CasADi}
         if symbols not in worlds:
             raise ModelError(

@@ -16,7 +16,6 @@ from signorini.codegen.errors import GenerationError
 from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
-from signorini.codegen.names import C_KEYWORDS, CPP_KEYWORDS
 from signorini.codegen.scheme import Assembly, Call, Scheme
 from signorini.version import __version__
 
@@ -199,10 +198,8 @@ def emit_spec(
             f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
         )
     prefix = data.name if prefix is None else prefix
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", prefix) or prefix in C_KEYWORDS | CPP_KEYWORDS:
-        raise GenerationError(
-            f"prefix {prefix!r} is no identifier of at most 41 characters that C and C++ accept"
-        )
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", prefix):
+        raise GenerationError(f"prefix {prefix!r} is no C identifier of at most 41 characters")
     if prefix.startswith("sg_") or prefix == "sg" or "__" in prefix or prefix.endswith("_"):
         raise GenerationError(
             f"prefix {prefix!r} would collide: names starting with sg_, ending in _ or holding __ "

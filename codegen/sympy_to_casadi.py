@@ -147,11 +147,11 @@ class SympyToCasadi:
         args = [self._memo[a] for a in self._operands(node)]
         if isinstance(node, sp.Symbol):
             raise foreign_symbol(model, equation, node.name, self._names)
+        if node in (sp.oo, -sp.oo, sp.zoo, sp.nan):
+            raise ModelError(
+                model, equation, f"contains {node}", "Every expression must stay finite"
+            )
         if isinstance(node, (sp.Rational, sp.Float, sp.NumberSymbol)):
-            if node.is_finite is False or node is sp.nan:
-                raise ModelError(
-                    model, equation, f"contains {node}", "Every expression must stay finite"
-                )
             if isinstance(node, sp.Rational) and not node.is_Integer:
                 return ca.SX(node.p / node.q)
             return ca.SX(float(node))

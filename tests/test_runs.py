@@ -1,0 +1,297 @@
+"""The Python side: grids, inputs, records, files, bad arguments."""
+
+import json
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from trap_models import mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
+
+import signorini as sg
+from signorini.models import bouncing_ball, slider_crank, slope
+
+Build = Callable[..., sg.Stepper]
+
+
+def test_time_grid_has_no_running_sum(stepper: Build) -> None:
+    traj = stepper(bouncing_ball.model, 3).simulate(t_end=3, dt=0.1, t0=1.0)
+    assert np.array_equal(traj.t, 1.0 + np.arange(21) * 0.1)
+
+
+def test_a_step_that_does_not_divide_the_time_is_noted(stepper: Build) -> None:
+    with pytest.warns(UserWarning, match="does not divide"):
+        traj = stepper(bouncing_ball.model, 3).simulate(t_end=1, dt=0.3)
+    assert traj.t[-1] == pytest.approx(0.9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(stepper(bouncing_ball.model, 3).simulate(t_end=0.3, dt=0.1)) == 4
+
+
+def test_trajectory_fields(stepper: Build) -> None:
+    compiled = stepper(mixed_contacts, 3)
+    traj = compiled.simulate(t_end=0.2, dt=1e-2, inputs=[0.5], record="stages")
+    n = compiled.sizes
+    rows = len(traj)
+    assert rows == 21
+    shapes = {
+        "t": (rows,), "q": (rows, 4), "v": (rows, 4), "P_g": (rows, 0), "P_gamma": (rows, 0),
+        "P_N": (rows, n["n_N"]), "P_F": (rows, n["n_F"]), "g": (rows, 0), "g_dot": (rows, 0),
+        "gamma": (rows, 0), "g_N": (rows, 4), "g_N_dot": (rows, 4), "gamma_F": (rows, 8),
+        "energy": (rows,), "outputs": (rows, 0), "iterations": (rows,), "residual": (rows,),
+        "status": (rows,), "substeps": (rows,), "t_stage": (20, 3), "Q": (20, 3, 4),
+        "V": (20, 3, 4), "R_N": (20, 3, 4), "R_F": (20, 3, 8),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        assert getattr(traj, name).shape == shape, name
+    assert np.all(traj.P_N[0] == 0)
+    assert traj["x"].shape == (rows,)
+    assert np.array_equal(traj["u"], traj.v[:, 0])
+    assert traj["plate.P_F"].shape == (rows, 2)
+    assert traj["brake.gamma_F"].shape == (rows,)
+    assert traj.contacts["stop"] == {"P_N": 2, "P_F": []}
+    with pytest.raises(KeyError, match="no column 'nothing'"):
+        traj["nothing"]
+    weights = [1 / 6, 2 / 3, 1 / 6]
+    np.testing.assert_allclose(np.einsum("s,nsk->nk", weights, traj.R_F), traj.P_F[1:], atol=1e-13)
+
+
+def test_outputs_and_inputs(stepper: Build) -> None:
+    compiled = stepper(rheonomic, 2)
+    u = np.column_stack([np.linspace(0, 1, 10), np.ones(10)])
+    traj = compiled.simulate(t_end=0.1, dt=0.01, inputs=u)
+    assert np.array_equal(traj.u[:10], u)
+    expected = traj["y"] + traj["u1"] * np.abs(traj["x"])
+    np.testing.assert_allclose(traj["height"], expected, rtol=1e-15)
+
+    asked = []
+
+    def feedback(t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        asked.append((t, q, v))
+        return u[len(asked) - 1]
+
+    again = compiled.simulate(t_end=0.1, dt=0.01, inputs=feedback)
+    assert np.array_equal(again.q, traj.q)
+    assert np.array_equal([t for t, _, _ in asked], traj.t[:-1])
+    assert np.array_equal([q for _, q, _ in asked], traj.q[:-1])
+
+
+@pytest.mark.parametrize("record", ["steps", "stages"])
+@pytest.mark.parametrize("every", [1, 3, 7, 100])
+def test_every(every: int, record: str, stepper: Build) -> None:
+    compiled = stepper(slope.model, 3)
+    full = compiled.simulate(t_end=0.5, dt=1e-2, record=record)
+    thin = compiled.simulate(t_end=0.5, dt=1e-2, every=every, record=record)
+    asked = compiled.simulate(
+        t_end=0.5, dt=1e-2, every=every, record=record, inputs=lambda t, q, v: []
+    )
+    for other in (thin, asked):
+        assert np.array_equal(other.q, full.q[::every])
+        assert np.array_equal(other.P_N, full.P_N[::every])
+        if record == "stages":
+            assert np.array_equal(other.Q, full.Q[every - 1 :: every])
+
+
+def test_long_runs_are_recorded_across_chunks(stepper: Build) -> None:
+    compiled = stepper(one_coordinate, 2)
+    full = compiled.simulate(t_end=9.5, dt=1e-3)
+    thin = compiled.simulate(t_end=9.5, dt=1e-3, every=7)
+    assert np.array_equal(thin.q, full.q[::7])
+    seen = []
+    compiled.simulate(t_end=9.5, dt=1e-3, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (9500, 9500)
+    assert len(seen) > 1
+
+
+def test_step_is_one_step_of_a_run(stepper: Build) -> None:
+    compiled = stepper(slope.model, 3)
+    run = compiled.simulate(t_end=0.1, dt=1e-2, tol=0)
+    one = compiled.step(run.t[5], run.q[5], run.v[5], 1e-2, tol=0)
+    np.testing.assert_allclose(one.q[1], run.q[6], atol=1e-14)
+    np.testing.assert_allclose(one.P_N[1], run.P_N[6], atol=1e-14)
+
+
+def test_save_and_load(tmp_path: Path, stepper: Build) -> None:
+    compiled = stepper(rheonomic, 3)
+    traj = compiled.simulate(t_end=0.2, dt=1e-2, inputs=[0.1, 0.2], record="stages")
+    path = traj.save(tmp_path / "run.npz")
+    again = sg.Trajectory.load(path, compiled)
+    for name in ("t", "q", "v", "P_g", "P_N", "P_F", "energy", "iterations", "Q", "outputs"):
+        assert np.array_equal(getattr(again, name), getattr(traj, name)), name
+    assert again.parameters == traj.parameters
+    with pytest.raises(sg.RunError, match="another version"):
+        sg.Trajectory.load(path, stepper(slope.model, 3))
+    with pytest.raises(sg.RunError, match="no file"):
+        sg.Trajectory.load(tmp_path / "none.npz", compiled)
+    path.write_bytes(path.read_bytes()[:-400])
+    with pytest.raises(sg.RunError):
+        sg.Trajectory.load(path, compiled)
+    path.write_bytes(b"nonsense")
+    with pytest.raises(sg.RunError):
+        sg.Trajectory.load(path, compiled)
+
+
+def test_a_generated_folder_needs_neither_sympy_nor_casadi(tmp_path: Path, stepper: Build) -> None:
+    folder = sg.generate(slope.model(), tmp_path / "slope_c", stages=3)
+    code = (
+        "import sys\n"
+        "for name in ('sympy', 'casadi', 'jinja2', 'mpmath', 'matplotlib'):\n"
+        "    sys.modules[name] = None\n"
+        "import signorini as sg\n"
+        f"traj = sg.load({str(folder)!r}).simulate(t_end=0.5, dt=1e-2)\n"
+        "print(traj.q[-1, 0].hex())\n"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    expected = stepper(slope.model, 3).simulate(t_end=0.5, dt=1e-2).q[-1, 0].hex()
+    assert result.stdout.strip() == expected
+
+
+def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
+    folder = sg.generate(slope.model(), tmp_path / "a")
+    manifest = json.loads((folder / "manifest.json").read_text())
+    with pytest.raises(sg.RunError, match="no generated folder"):
+        sg.load(tmp_path)
+    for key, value, message in (
+        ("stages", 4, "differ in the stages"),
+        ("model_hash", "0" * 64, "do not belong together"),
+        ("prefix", "../x", "prefix"),
+    ):
+        (folder / "manifest.json").write_text(json.dumps(manifest | {key: value}))
+        with pytest.raises(sg.RunError, match=message):
+            sg.load(folder)
+    manifest["structs"]["state"].pop()
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(sg.RunError, match="bytes in C"):
+        sg.load(folder)
+    (folder / "manifest.json").write_text("{")
+    with pytest.raises(sg.RunError, match="cannot be read"):
+        sg.load(folder)
+
+
+BAD: list[tuple[dict, str]] = [
+    ({"dt": 0}, "dt = 0"),
+    ({"dt": -1}, "step size > 0"),
+    ({"dt": float("nan")}, "finite"),
+    ({"t_end": -1}, "before the start"),
+    ({"t_end": float("inf")}, "finite"),
+    ({"dt": 1e-12}, "at most"),
+    ({"q0": [1, 2]}, "shape"),
+    ({"q0": [1, float("nan"), 2]}, r"q0\[1\]"),
+    ({"v0": {"foo": 1}}, "'foo'"),
+    ({"v0": "abc"}, "v0"),
+    ({"parameters": {"foo": 1}}, "no parameter 'foo'"),
+    ({"parameters": {"mu": "x"}}, "give a number"),
+    ({"parameters": {"mu": float("inf")}}, "finite"),
+    ({"parameters": {"mu": -0.1}}, "outside its bounds"),
+    ({"parameters": {"e_N": 1.5}}, "outside its bounds"),
+    ({"inputs": [1.0]}, "no inputs"),
+    ({"tol": -1}, "tol"),
+    ({"tol": 0, "scaling": "none"}, "tol"),
+    ({"r": 0}, "r = 0"),
+    ({"active_set": "all"}, "active_set"),
+    ({"record": "everything"}, "record"),
+    ({"every": 0}, "every"),
+    ({"max_halvings": 11}, "max_halvings"),
+    ({"max_iterations": 0}, "max_iterations"),
+    ({"scaling": "columns"}, "scaling"),
+    ({"q0": {"y": 0.05}}, "gap g_N of 'floor' is -0.05"),
+]
+
+
+@pytest.mark.parametrize(("spoiled", "message"), BAD, ids=[m for _, m in BAD])
+def test_bad_arguments_are_named(spoiled: dict, message: str, stepper: Build) -> None:
+    with pytest.raises(sg.RunError, match=message):
+        stepper(bouncing_ball.model, 3).simulate(**({"t_end": 1, "dt": 0.1} | spoiled))
+
+
+def test_bad_inputs_are_named(stepper: Build) -> None:
+    compiled = stepper(rheonomic, 2)
+    with pytest.raises(sg.RunError, match=r"give \(10, 2\)"):
+        compiled.simulate(t_end=0.1, dt=0.01, inputs=np.zeros((3, 2)))
+    with pytest.raises(sg.RunError, match="step 4"):
+        u = np.zeros((10, 2))
+        u[4, 1] = np.nan
+        compiled.simulate(t_end=0.1, dt=0.01, inputs=u)
+    with pytest.raises(sg.RunError, match="returned"):
+        compiled.simulate(t_end=0.1, dt=0.01, inputs=lambda t, q, v: [1])
+    with pytest.raises(sg.RunError, match="no function 'g_M'"):
+        compiled.evaluate("g_M", 0, np.zeros(4))
+
+
+def test_inconsistent_start_is_named_and_projected(stepper: Build) -> None:
+    compiled = stepper(slider_crank.model, 3)
+    _, q, v = compiled.initial_state()
+    q[0] += 1e-3
+    with pytest.raises(sg.InconsistentStartError, match="crank_pivot") as caught:
+        compiled.simulate(t_end=0.01, dt=1e-4, q0=q, v0=v)
+    assert "project" in str(caught.value)
+    q1, v1 = compiled.project(q, v)
+    assert np.max(np.abs(compiled.evaluate("g", 0, q1))) < 1e-14
+    assert np.max(np.abs(compiled.evaluate("g_dot", 0, q1, v1))) < 1e-12
+    # The projection moves along M^-1 W only: nearest in the norm of the mass matrix.
+    M, W = compiled.evaluate("p_v", 0, q1), compiled.evaluate("W_g", 0, q1)
+    left = M @ (v - v1)
+    residual = left - W @ np.linalg.lstsq(W, left, rcond=None)[0]
+    assert np.max(np.abs(residual)) < 1e-8 * np.max(np.abs(left))
+    assert len(compiled.simulate(t_end=0.01, dt=1e-4, q0=q1, v0=v1)) == 101
+
+
+def test_velocity_constraints_of_the_start(stepper: Build) -> None:
+    compiled = stepper(only_constraints, 3)
+    with pytest.raises(sg.InconsistentStartError, match="gamma of 'blade'"):
+        compiled.simulate(t_end=0.1, dt=0.01, v0={"y": 3})
+    q, v = compiled.project(None, {"y": 3})
+    assert len(compiled.simulate(t_end=0.1, dt=0.01, q0=q, v0=v)) == 11
+
+
+def test_a_failed_step_keeps_what_was_done(stepper: Build) -> None:
+    m = sg.Model("blows_up", symbols="casadi")
+    (x,) = m.coordinates("x")
+    (v,) = m.velocities
+    m.lagrangian = 0.5 * v**2
+    m.force([1 / (0.5 - m.time) ** 0.5])  # not a number after t = 0.5
+    m.initial_state(q=[0])
+    with pytest.raises(sg.StepError) as caught:
+        sg.build(m, stages=2).simulate(t_end=1, dt=0.03)
+    assert caught.value.status == "NONFINITE"
+    assert len(caught.value.trajectory) == 17
+    assert np.all(np.isfinite(caught.value.trajectory.q))
+
+
+def test_energy_of_a_smooth_system_stays(stepper: Build) -> None:
+    """Bounded oscillation without drift: s = 3 over 2000 steps."""
+    traj = stepper(unconstrained, 3).simulate(t_end=40, dt=0.02)
+    error = traj.energy - traj.energy[0]
+    assert np.max(np.abs(error)) < 1e-5 * abs(traj.energy[0])
+    assert abs(np.mean(error[1000:]) - np.mean(error[:1000])) < np.max(np.abs(error))
+
+
+def test_initial_state_follows_the_parameters() -> None:
+    m = sg.Model("standing")
+    (y,) = m.coordinates("y")
+    (v,) = m.velocities
+    (height,) = m.parameters(height=0.5)
+    m.lagrangian = v**2 / 2 - y
+    m.contact("floor", g_N=y - height)
+    m.initial_state(q=[height])
+    compiled = sg.build(m)
+    traj = compiled.simulate(t_end=0.1, dt=0.05, parameters={"height": 0.75})
+    assert np.array_equal(traj["y"], [0.75, 0.75, 0.75])
+
+
+def test_single_precision_runs() -> None:
+    compiled = sg.build(bouncing_ball.model(), stages=3, precision="float")
+    traj = compiled.simulate(t_end=2, dt=1e-2)
+    np.testing.assert_allclose(traj.v[-1], [-10 / 7, 0, 100 / 7], atol=2e-4)
+    assert traj.substeps.sum() == 0
+
+
+def test_explicit_prox_parameter_and_absolute_tolerance(stepper: Build) -> None:
+    """The paper's settings: r = 0.5, tolerance 1e-8."""
+    compiled = stepper(bouncing_ball.model, 3)
+    paper = compiled.simulate(t_end=1.1, dt=1e-2, r=0.5, tol=1e-8, scaling="none", active_set="end")
+    plain = compiled.simulate(t_end=1.1, dt=1e-2)
+    np.testing.assert_allclose(paper.q, plain.q, atol=1e-7)
