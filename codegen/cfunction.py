@@ -308,11 +308,18 @@ class FunctionWriter:
             self.precision,
             taken,
         )
+        written = {re.split(r"->|\[", t)[0] for t in targets}
+        written |= {re.split(r"->|\[", array)[0] for b in blocks for array, _ in b.fills}
+        last = [re.search(r"(\w+)(\[\])?\Z", p) for p in parameters]
+        outputs = [m[1] for m, p in zip(last, parameters, strict=True) if m and not p.startswith("const ")]
+        idle = tuple(
+            o for o in outputs if o not in written and o not in ("t", "h") and o not in arguments
+        )
         return CFunction(
             name=name,
             parameters=parameters,
             doc=doc,
-            unused=unused,
+            unused=unused + idle,
             aliases=aliases,
             temporaries=tuple(temporaries),
             sections=tuple(_sections(blocks, lines)),

@@ -295,8 +295,8 @@ class _Builder:
             runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
             model_hash=_model_hash(functions, data),
             tools=(("SymPy", sp.__version__), ("CasADi", ca.__version__)),
-            example_h=number(0.01),
-            example_steps=100,
+            example_h=number(0.001),
+            example_steps=1000,
         )
 
     def steps(self, parts: tuple[Call | Assembly, ...]) -> tuple[Step, ...]:

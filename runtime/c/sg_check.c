@@ -21,7 +21,7 @@ static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percus
 }
 
 /* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. */
-static int sg_check_friction(int n, const real* gamma, real speed, const real* percussion,
+static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
                              real radius, real scale, const SG(options) * opt) {
     const real size = sg_norm(n, percussion);
     const real slip = sg_norm(n, gamma);
@@ -40,8 +40,8 @@ static int sg_check_friction(int n, const real* gamma, real speed, const real* p
 /* Rows of one problem at the solution. */
 static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                             int problem) {
-    const sg_problem* pr = &sg_problems[problem];
-    const real* lambda = &w->lambda[pr->lambda];
+    const sg_problem *pr = &sg_problems[problem];
+    const real *lambda = &w->lambda[pr->lambda];
     int slot, c, i, k;
     SG(values)(w, par, problem);
     sg_row_scales(w, problem);
@@ -63,7 +63,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
             }
         }
         for (k = 0; k < SG_NK; ++k) {
-            const sg_contact* contact = &sg_contacts[k];
+            const sg_contact *contact = &sg_contacts[k];
             const int f = SG_SLIP + contact->friction;
             real radius = SG_C(0.0);
             int closed = w->exists[k];
@@ -107,7 +107,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
 /* Contacts that must, or must not, take part in the impact equations (67), judged from gaps and
    percussions of the position problem with the checker's tolerance. */
 static int sg_check_active(const SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (k = 0; k < SG_NK; ++k) {
         int must = 0;

@@ -3,7 +3,7 @@
 /* LU of the n x n row-major matrix A in place; pivot rows are chosen relative to `scale`, so
    that a change of units does not change them. `scale` is permuted along with the rows.
    Returns 0 if A is singular or not finite. */
-static int sg_lu_factor(int n, real* A, real* scale, int* pivot) {
+static int sg_lu_factor(int n, real *A, real *scale, int *pivot) {
     int i, j, k;
     for (k = 0; k < n; ++k) {
         real best = SG_C(-1.0);
@@ -43,7 +43,7 @@ static int sg_lu_factor(int n, real* A, real* scale, int* pivot) {
 }
 
 /* Solve A x = b with the factors of sg_lu_factor; b is overwritten with x. */
-static void sg_lu_solve(int n, const real* A, const int* pivot, real* b) {
+static void sg_lu_solve(int n, const real *A, const int *pivot, real *b) {
     int i, j;
     for (i = 0; i < n; ++i) {
         const real swap = b[pivot[i]];
@@ -68,7 +68,7 @@ static void sg_lu_solve(int n, const real* A, const int* pivot, real* b) {
 
 /* Householder reflection H = I - tau (1, w)(1, w)^T that maps (alpha, x) to (beta, 0): overwrites
    x (n entries, `stride` apart) with w, returns tau and beta. */
-static real sg_householder(int n, int stride, real alpha, real* x, real* beta) {
+static real sg_householder(int n, int stride, real alpha, real *x, real *beta) {
     real sum = SG_C(0.0);
     real tau = SG_C(0.0);
     int i;
@@ -89,8 +89,8 @@ static real sg_householder(int n, int stride, real alpha, real* x, real* beta) {
 }
 
 /* y := H y for one reflection with head y[0] and tail `tail`, both with their strides. */
-static void sg_reflect(int n, int stride, const real* w, real tau, real* head, int step,
-                       real* tail) {
+static void sg_reflect(int n, int stride, const real *w, real tau, real *head, int step,
+                       real *tail) {
     real sum = *head;
     int i;
     for (i = 0; i < n; ++i) {
@@ -106,7 +106,7 @@ static void sg_reflect(int n, int stride, const real* w, real tau, real* head, i
 /* Complete orthogonal factorisation of the n x n column-major matrix S in place:
    Q^T S P = [T 0; 0 0] Z with T of size rank x rank. Columns whose pivot falls below
    SG_RANK times the first count as dependent. perm, tau and tau_z hold n entries. */
-static int sg_cod_factor(int n, real* S, int* perm, real* tau, real* tau_z) {
+static int sg_cod_factor(int n, real *S, int *perm, real *tau, real *tau_z) {
     int rank = n;
     int i, j, k;
     real first = SG_C(0.0);
@@ -162,8 +162,8 @@ static int sg_cod_factor(int n, real* S, int* perm, real* tau, real* tau_z) {
 }
 
 /* Minimum-norm solution of S y = b with the factors of sg_cod_factor; b becomes Q^T b. */
-static void sg_cod_solve(int n, int rank, const real* S, const int* perm, const real* tau,
-                         const real* tau_z, real* b, real* work, real* y) {
+static void sg_cod_solve(int n, int rank, const real *S, const int *perm, const real *tau,
+                         const real *tau_z, real *b, real *work, real *y) {
     int i, j, k;
     for (k = 0; k < rank; ++k) {
         sg_reflect(n - k - 1, 1, &S[k * n + k + 1], tau[k], &b[k], 1, &b[k + 1]);
@@ -185,8 +185,8 @@ static void sg_cod_solve(int n, int rank, const real* S, const int* perm, const 
 }
 
 /* y := the part of y without components in the null space of S. */
-static void sg_cod_project(int n, int rank, const real* S, const int* perm, const real* tau_z,
-                           real* work, real* y) {
+static void sg_cod_project(int n, int rank, const real *S, const int *perm, const real *tau_z,
+                           real *work, real *y) {
     int k;
     for (k = 0; k < n; ++k) {
         work[k] = y[perm[k]];

@@ -3,8 +3,8 @@
 
 /* Contact state and residual phi of every percussion row, in units of percussion. */
 static void sg_contact_rows(SG(work) * w, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
-    const real* lambda = &w->lambda[pr->lambda];
+    const sg_problem *pr = &sg_problems[problem];
+    const real *lambda = &w->lambda[pr->lambda];
     int slot, c, k, d;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
@@ -13,7 +13,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
             w->phi[base + c] = w->prox_r[base + c] * w->y[base + c];
         }
         for (k = 0; k < SG_NK; ++k) {
-            const sg_contact* contact = &sg_contacts[k];
+            const sg_contact *contact = &sg_contacts[k];
             const int f = base + SG_SLIP + contact->friction;
             int open = !w->exists[k] || (pr->follows && contact->normal >= 0 && !w->active[k]);
             real radius = SG_C(0.0);
@@ -60,8 +60,8 @@ static void sg_contact_rows(SG(work) * w, int problem) {
 
 /* Residual in units of its tolerance: at most 1 means solved. `merit` receives the sum of squares
    in units of the scales. Not finite values give SG_HUGE. */
-static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real* merit) {
-    const sg_problem* pr = &sg_problems[problem];
+static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real *merit) {
+    const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     real worst = SG_C(0.0);
@@ -80,7 +80,7 @@ static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real
         }
     }
     for (i = 0; i < n_lambda; ++i) {
-        const real scale = w->percussion_scale[i % SG_NC] + w->phi_floor[i];
+        const real scale = w->percussion_scale[i % SG_ROWS] + w->phi_floor[i];
         const real own = SG_FABS(w->phi[i]);
         const real size = w->kind[i] == SG_ROW_FREE ? w->r_auto[i] * SG_FABS(w->y[i]) : own;
         if (!sg_finite(own)) {
@@ -98,12 +98,12 @@ static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real
 }
 
 /* Row k of C times the vector z. */
-static real sg_kinematic_row(const SG(work) * w, int n_x, int k, const real* z) {
+static real sg_kinematic_row(const SG(work) * w, int n_x, int k, const real *z) {
     return sg_dot(n_x, &w->C[k * n_x], z);
 }
 
 /* Contact of percussion row c of a slot and the component of its slip velocity. */
-static int sg_contact_of_slip(int c, int* component) {
+static int sg_contact_of_slip(int c, int *component) {
     int k;
     for (k = 0; k < SG_NK; ++k) {
         const int d = c - SG_SLIP - sg_contacts[k].friction;
@@ -112,22 +112,22 @@ static int sg_contact_of_slip(int c, int* component) {
             return k;
         }
     }
-    return -1;
+    return 0; /* not reached: every slip row belongs to a contact */
 }
 
 /* Coefficients of row `index` of the reduced system after the smooth unknowns are eliminated:
    change of phi for dx = z plus the change of the percussion `column` itself (-1: none). */
-static real sg_phi_change(const SG(work) * w, const sg_problem* pr, int index, const real* z,
+static real sg_phi_change(const SG(work) * w, const sg_problem *pr, int index, const real *z,
                           int column) {
-    const int slot = index / SG_NC;
-    const int c = index % SG_NC;
-    if (w->kind[index] == SG_ROW_FREE) {
+    const int slot = index / SG_ROWS;
+    const int c = index % SG_ROWS;
+    if (SG_NF == 0 || w->kind[index] == SG_ROW_FREE) {
         return w->prox_r[index] * sg_kinematic_row(w, pr->n_x, index, z);
     } else {
         int d = 0;
         int e;
         const int k = sg_contact_of_slip(c, &d);
-        const sg_contact* contact = &sg_contacts[k];
+        const sg_contact *contact = &sg_contacts[k];
         const int first = index - d;
         real change = index == column ? SG_C(1.0) : SG_C(0.0);
         /* Radius: mu R_N, or the given bound along dx. */
@@ -160,10 +160,10 @@ static real sg_phi_change(const SG(work) * w, const sg_problem* pr, int index, c
 /* Factorise the smooth block and reduce to the percussions that are not zero. Returns their
    number, or -1 if the smooth block is singular. */
 static int sg_reduce(SG(work) * w, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     const int n_x = pr->n_x;
     const int n_lambda = pr->n_slots * SG_NC;
-    real* lambda = &w->lambda[pr->lambda];
+    real *lambda = &w->lambda[pr->lambda];
     int n = 0;
     int i, k, a, b;
     for (i = 0; i < n_x; ++i) {
@@ -174,7 +174,7 @@ static int sg_reduce(SG(work) * w, int problem) {
         return -1;
     }
     for (k = 0; k < n_lambda; ++k) {
-        const real* B = &w->B[k * n_x];
+        const real *B = &w->B[k * n_x];
         w->dlambda[k] = SG_C(0.0);
         if (w->kind[k] == SG_ROW_ZERO) {
             w->dlambda[k] = -lambda[k];
@@ -184,11 +184,11 @@ static int sg_reduce(SG(work) * w, int problem) {
                 }
             }
         } else {
-            real* Z = &w->Z[n * n_x];
+            real *Z = &w->Z[n * n_x];
             sg_copy(n_x, B, Z);
             sg_lu_solve(n_x, w->A, w->A_pivot, Z);
             w->reduced[n] = k;
-            w->root_scale[n] = w->root_mass[k % SG_NC];
+            w->root_scale[n] = w->root_mass[k % SG_ROWS];
             ++n;
         }
     }
@@ -197,7 +197,7 @@ static int sg_reduce(SG(work) * w, int problem) {
         const int row = w->reduced[a];
         w->rhs[a] = -(w->phi[row] + sg_phi_change(w, pr, row, w->dx, -1)) / w->root_scale[a];
         for (b = 0; b < n; ++b) {
-            const real* Z = &w->Z[b * n_x];
+            const real *Z = &w->Z[b * n_x];
             for (i = 0; i < n_x; ++i) {
                 w->scratch[i] = -Z[i];
             }
@@ -210,7 +210,7 @@ static int sg_reduce(SG(work) * w, int problem) {
 
 /* One Newton direction in w->dx, w->dlambda. Returns the rank deficiency or -1. */
 static int sg_newton_direction(SG(work) * w, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     const int n = sg_reduce(w, problem);
     int rank, a, i;
     if (n <= 0) {
@@ -236,7 +236,7 @@ static void sg_evaluate(SG(work) * w, const SG(params) * par, int problem) {
 
 /* Move along the Newton direction by the factor alpha from (x_old, lambda_old). */
 static void sg_move(SG(work) * w, int problem, real alpha) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int i;
     for (i = 0; i < pr->n_x; ++i) {
         w->x[pr->x + i] = w->x_old[i] + alpha * w->dx[i];
@@ -264,8 +264,8 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
    start; otherwise only after the contact states went round in a cycle. Adds the iterations to
    *iterations; on success *measure is the residual in units of its tolerance. */
 static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
-                     int max_iterations, int damped, int* iterations, real* measure) {
-    const sg_problem* pr = &sg_problems[problem];
+                     int max_iterations, int damped, int *iterations, real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     unsigned long seen[4] = {0UL, 1UL, 2UL, 3UL};

@@ -7,11 +7,12 @@ typedef SG(real) real;
 #define SG_HUGE FLT_MAX
 #define SG_SQRT(x) sqrtf(x)
 #define SG_FABS(x) fabsf(x)
-#define SG_TOLERANCE (64.0F * FLT_EPSILON)    /* default of options.tol */
-#define SG_STAGNATION (4096.0F * FLT_EPSILON) /* worst residual that a stalled iteration may keep \
-                                               */
-#define SG_CHECK (16384.0F * FLT_EPSILON)     /* worst residual that the checker accepts */
-#define SG_RANK (512.0F * FLT_EPSILON)        /* relative pivot below which rows are dependent */
+#define SG_TOLERANCE (64.0F * FLT_EPSILON) /* default of options.tol */
+#define SG_STAGNATION                                                                         \
+    (4096.0F * FLT_EPSILON)               /* worst residual that a stalled iteration may keep \
+                                           */
+#define SG_CHECK (16384.0F * FLT_EPSILON) /* worst residual that the checker accepts */
+#define SG_RANK (512.0F * FLT_EPSILON)    /* relative pivot below which rows are dependent */
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
@@ -34,7 +35,7 @@ static real sg_max(real a, real b) { return a > b ? a : b; }
 /* 1 if x is neither infinite nor NaN. */
 static int sg_finite(real x) { return x - x == SG_C(0.0); }
 
-static int sg_all_finite(int n, const real* x) {
+static int sg_all_finite(int n, const real *x) {
     int i;
     for (i = 0; i < n; ++i) {
         if (!sg_finite(x[i])) {
@@ -44,21 +45,21 @@ static int sg_all_finite(int n, const real* x) {
     return 1;
 }
 
-static void sg_fill(int n, real value, real* x) {
+static void sg_fill(int n, real value, real *x) {
     int i;
     for (i = 0; i < n; ++i) {
         x[i] = value;
     }
 }
 
-static void sg_copy(int n, const real* from, real* to) {
+static void sg_copy(int n, const real *from, real *to) {
     int i;
     for (i = 0; i < n; ++i) {
         to[i] = from[i];
     }
 }
 
-static real sg_dot(int n, const real* a, const real* b) {
+static real sg_dot(int n, const real *a, const real *b) {
     real sum = SG_C(0.0);
     int i;
     for (i = 0; i < n; ++i) {

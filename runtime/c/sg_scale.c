@@ -3,7 +3,7 @@
    powers of two changes no bit of the result. */
 
 /* inertia[j] of every coordinate: |M_jj|, or what the row's largest entry says if that is zero. */
-static void sg_inertia(const real* M, real* inertia) {
+static void sg_inertia(const real *M, real *inertia) {
     int j, k;
     for (j = 0; j < SG_NQ; ++j) {
         inertia[j] = SG_FABS(M[j * SG_NQ + j]);
@@ -18,8 +18,8 @@ static void sg_inertia(const real* M, real* inertia) {
 }
 
 /* m_eff = 1 / (w^T M^-1 w) of one direction; `solved` receives M^-1 w. */
-static real sg_effective_mass(const real* lu, const int* pivot, const real* inertia, const real* w,
-                              real* solved) {
+static real sg_effective_mass(const real *lu, const int *pivot, const real *inertia, const real *w,
+                              real *solved) {
     real loose = SG_C(0.0);
     real mobility;
     int j;
@@ -71,7 +71,7 @@ static int sg_masses(SG(work) * w) {
     for (k = 0; k < SG_NK; ++k) {
         /* One effective mass for both components of a slip velocity: the law is isotropic. */
         if (sg_contacts[k].components == 2) {
-            real* m = &w->m_eff[SG_SLIP + sg_contacts[k].friction];
+            real *m = &w->m_eff[SG_SLIP + sg_contacts[k].friction];
             m[0] = m[1] = sg_max(m[0], m[1]);
         }
     }
@@ -84,7 +84,7 @@ static int sg_masses(SG(work) * w) {
 /* Scales of the rows of one problem, from the start of the step and the velocities of the current
    iterate (a step may start from rest): momenta, speeds and percussions, rounding floors. */
 static void sg_row_scales(SG(work) * w, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     real energetic = SG_C(0.0);
     int c, i, j, k, slot;
     for (j = 0; j < SG_NQ; ++j) {
@@ -107,7 +107,7 @@ static void sg_row_scales(SG(work) * w, int problem) {
         w->pace[j] = sg_max(w->pace[j], w->momentum_scale[j] / w->inertia[j]);
     }
     for (c = 0; c < SG_NC; ++c) {
-        const real* row = &w->direction[c * SG_NQ];
+        const real *row = &w->direction[c * SG_NQ];
         real speed = SG_FABS(w->drift[c]);
         real size = SG_C(0.0);
         for (j = 0; j < SG_NQ; ++j) {
@@ -131,10 +131,10 @@ static void sg_row_scales(SG(work) * w, int problem) {
 
 /* Prox parameters of one problem: the inverse response of each row to its own percussion. */
 static void sg_prox_parameters(SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int slot, c;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const real* response = sg_response[pr->response + slot];
+        const real *response = sg_response[pr->response + slot];
         for (c = 0; c < SG_NC; ++c) {
             const int k = slot * SG_NC + c;
             const int gap = pr->level == SG_POSITION && sg_is_gap_row(c);

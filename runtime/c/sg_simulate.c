@@ -1,13 +1,8 @@
 /* Start, many steps, and the evaluation of one problem at given unknowns. */
 
-const char* SG(status_text)(int status) {
-    static const char* const text[] = {SG_STATUS_TEXT};
-    return status >= 0 && status < SG_STATUS_COUNT ? text[status] : "unknown status";
-}
-
 /* 1 if |value| is small against the terms of its row: direction `row`, argument x. The constant
    covers terms that only parameters make up. */
-static int sg_is_consistent(real value, const real* row, const real* x, real drift) {
+static int sg_is_consistent(real value, const real *row, const real *x, real drift) {
     real size = SG_FABS(drift);
     int j;
     for (j = 0; j < SG_NQ; ++j) {
@@ -28,13 +23,19 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
         return SG_K(BAD_ARGUMENT);
     }
     SG(evaluate_consistency)(t0, q0, v0, par, &at);
-    for (c = 0; c < SG_NORMAL; ++c) {
-        const real* row = &at.direction[c * SG_NQ];
-        if (!sg_finite(at.position[c]) || !sg_finite(at.velocity[c])) {
+    for (c = 0; c < SG_NG; ++c) {
+        if (!sg_finite(at.position[c])) {
             return SG_K(NONFINITE);
         }
-        if ((c < SG_NG && !sg_is_consistent(at.position[c], row, q0, SG_C(0.0))) ||
-            !sg_is_consistent(at.velocity[c], row, v0, at.drift[c])) {
+        if (!sg_is_consistent(at.position[c], &at.direction[c * SG_NQ], q0, SG_C(0.0))) {
+            return SG_K(INCONSISTENT_START);
+        }
+    }
+    for (c = 0; c < SG_NORMAL; ++c) {
+        if (!sg_finite(at.velocity[c])) {
+            return SG_K(NONFINITE);
+        }
+        if (!sg_is_consistent(at.velocity[c], &at.direction[c * SG_NQ], v0, at.drift[c])) {
             return SG_K(INCONSISTENT_START);
         }
     }
@@ -75,7 +76,7 @@ static void sg_record(const SG(record) * to, int row, const SG(state) * s, const
         to->smallest_gap[row] = info->smallest_gap;
     }
     if (to->counts != NULL) {
-        int* counts = &to->counts[row * 6];
+        int *counts = &to->counts[row * 6];
         counts[0] = info->status;
         counts[1] = info->iterations;
         counts[2] = info->substeps;
@@ -91,7 +92,7 @@ static void sg_record(const SG(record) * to, int row, const SG(state) * s, const
 
 int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
                  const SG(options) * opt, const real u[], real h, int n_steps, int every,
-                 const SG(record) * record, int* done) {
+                 const SG(record) * record, int *done) {
     int step;
     if (done == NULL || n_steps < 0 || every < 1 || (SG_NU > 0 && u == NULL)) {
         return SG_K(BAD_ARGUMENT);

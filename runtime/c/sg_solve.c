@@ -3,14 +3,14 @@
 /* Cold start: velocities of the step's start, no percussions. After a position problem the
    percussions of the whole step start from the mean of its slots. */
 static void sg_cold_start(SG(work) * w, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int i, c, slot;
     for (i = 0; i < pr->n_x; ++i) {
         w->x[pr->x + i] = w->v[i % SG_NQ];
     }
     sg_fill(pr->n_slots * SG_NC, SG_C(0.0), &w->lambda[pr->lambda]);
     if (pr->follows) {
-        const sg_problem* before = &sg_problems[problem - 1];
+        const sg_problem *before = &sg_problems[problem - 1];
         for (slot = 0; slot < before->n_slots; ++slot) {
             for (c = 0; c < SG_NC; ++c) {
                 w->lambda[pr->lambda + c] +=
@@ -22,7 +22,7 @@ static void sg_cold_start(SG(work) * w, int problem) {
 
 /* Start from the prediction in the state. */
 static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     sg_copy(pr->n_x, &s->x[pr->x], &w->x[pr->x]);
     sg_copy(pr->n_slots * SG_NC, &s->lambda[pr->lambda], &w->lambda[pr->lambda]);
 }
@@ -30,10 +30,10 @@ static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
 /* Projected Gauss-Seidel sweeps over all percussions of the problem linearised at the current
    point: slow to converge but sure to find the contact states of most steps. */
 static int sg_sweep(SG(work) * w, const SG(params) * par, int problem, int sweeps) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     const int n_x = pr->n_x;
     const int n = pr->n_slots * SG_NC;
-    real* lambda = &w->lambda[pr->lambda];
+    real *lambda = &w->lambda[pr->lambda];
     int sweep, slot, a, b, c, d, i, k;
     sg_evaluate(w, par, problem);
     SG(derivatives)(w, par, problem);
@@ -61,7 +61,7 @@ static int sg_sweep(SG(work) * w, const SG(params) * par, int problem, int sweep
             const int base = slot * SG_NC;
             for (k = -SG_NORMAL; k < SG_NK; ++k) {
                 /* Rows of one block: a bilateral row, or a contact's normal, then its slip. */
-                const sg_contact* contact = k < 0 ? 0 : &sg_contacts[k];
+                const sg_contact *contact = k < 0 ? 0 : &sg_contacts[k];
                 const int exists = k < 0 || (w->exists[k] &&
                                              (!pr->follows || w->active[k] || contact->normal < 0));
                 int part;
@@ -130,10 +130,10 @@ static int sg_sweep(SG(work) * w, const SG(params) * par, int problem, int sweep
 /* Where dependent rows leave the percussions open, move to those of least scaled norm in the
    present contact state; kept only if they still solve the problem in the same state. */
 static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
-                         real* measure) {
-    const sg_problem* pr = &sg_problems[problem];
+                         real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    real* lambda = &w->lambda[pr->lambda];
+    real *lambda = &w->lambda[pr->lambda];
     unsigned long state;
     real merit;
     int n, rank, a, i;

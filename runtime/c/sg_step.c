@@ -4,7 +4,7 @@ static int sg_is_coefficient(real x, real top) { return x >= SG_C(0.0) && x <= t
 
 /* Contacts closed at the end of the step: the sign of (67), within the rounding band closed. */
 static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (k = 0; k < SG_NK; ++k) {
         int closed = sg_contacts[k].normal < 0;
@@ -28,7 +28,7 @@ static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, 
 
 /* Smallest gap at any stage of the position problem. */
 static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
-    const sg_problem* pr = &sg_problems[problem];
+    const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (slot = 0; slot < pr->n_slots && pr->level == SG_POSITION; ++slot) {
         for (k = 0; k < SG_NK; ++k) {

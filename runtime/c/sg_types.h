@@ -41,5 +41,8 @@ static int sg_is_gap_row(int c) {
     return c < SG_NG || (c >= SG_NG + SG_NGAMMA && c < SG_NG + SG_NGAMMA + SG_NN);
 }
 
+/* Percussion rows of a slot, at least one, for divisions. */
+#define SG_ROWS (SG_NC > 0 ? SG_NC : 1)
+
 /* First of the slip rows in a slot. */
 enum { SG_NORMAL = SG_NG + SG_NGAMMA, SG_SLIP = SG_NG + SG_NGAMMA + SG_NN };

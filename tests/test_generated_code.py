@@ -1,0 +1,219 @@
+"""The generated C as a product: warnings, symbols, sanitizers, reproducibility, golden files."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import casadi as ca
+import pytest
+import sympy as sp
+from trap_models import chain, mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
+
+import signorini as sg
+from signorini.codegen.emit import RUNTIME_BEGIN, RUNTIME_END, render
+from signorini.codegen.spec import emit_spec, runtime_source
+from signorini.codegen.validate import freeze
+from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
+
+ROOT = Path(__file__).resolve().parent.parent
+STRICT = """-std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes
+    -Wmissing-prototypes -Wdouble-promotion -Wundef -Wcast-qual -Wvla -Werror""".split()
+GOLDEN = (bouncing_ball.model, slider_crank.model, slope.model)
+MODELS = (*GOLDEN, box_in_space.model, rheonomic, mixed_contacts, only_constraints, unconstrained,
+          one_coordinate)  # fmt: skip
+# libm, and the four functions that a compiler may call in any freestanding program.
+ALLOWED = set("""sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp log pow sqrt fabs fmin fmax
+    memcpy memmove memset memcmp""".split())  # fmt: skip
+
+
+def identify(value: object) -> str:
+    module = getattr(value, "__module__", "")
+    return f"{module.split('.')[-1]}.{value.__name__}" if callable(value) else str(value)
+
+
+def compiler(name: str) -> str:
+    found = shutil.which(name)
+    if found is None:
+        if os.environ.get("CI"):
+            pytest.fail(f"{name} is missing in continuous integration")
+        pytest.skip(f"{name} is not installed: apt-get install {name}")
+    return found
+
+
+def run(*command: object, cwd: Path) -> str:
+    result = subprocess.run(
+        [str(c) for c in command], cwd=cwd, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize("make", MODELS, ids=identify)
+def test_no_warnings_and_only_libm(make: Callable[[], sg.Model], precision: str, tmp_path: Path) -> None:
+    folder = sg.generate(make(), tmp_path / "c", stages=3, precision=precision)
+    source = next(p for p in folder.glob("*.c") if p.name != "example.c")
+    for name in ("gcc", "clang"):
+        for level in ("-O0", "-O2"):
+            run(compiler(name), *STRICT, level, "-c", source.name, cwd=folder)
+        run(compiler(name), *STRICT, "-c", "example.c", cwd=folder)
+    run(compiler("gcc"), *[f.replace("c99", "c11") for f in STRICT], "-c", source.name, cwd=folder)
+    header = source.with_suffix(".h").name
+    (folder / "user.cpp").write_text(f'#include <cmath>\n#include "{header}"\nint main() {{ return 0; }}\n')
+    run(compiler("g++"), "-std=c++98", "-pedantic", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp", cwd=folder)
+    run(compiler("gcc"), "-O2", "-std=c99", "-ffp-contract=off", "-c", source.name, cwd=folder)
+    symbols = run("nm", source.with_suffix(".o").name, cwd=folder).splitlines()
+    undefined = {line.split()[-1] for line in symbols if " U " in line}
+    suffix = "f" if precision == "float" else ""
+    allowed = ALLOWED | {name + "f" for name in ALLOWED}
+    assert undefined <= allowed, undefined - allowed
+    if suffix:
+        assert not undefined & {"sin", "cos", "exp", "sqrt", "fabs", "pow", "log"}
+    prefix = source.stem
+    defined = {line.split()[-1]: line.split()[-2] for line in symbols if " U " not in line}
+    assert all(name.startswith(prefix + "_") for name, kind in defined.items() if kind.isupper() and kind != "R")
+    assert not {name for name, kind in defined.items() if kind in "BDbdC"}  # no writable data
+
+
+@pytest.mark.parametrize("make", MODELS, ids=identify)
+def test_sanitizers_and_analyzer(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+    folder = sg.generate(make(), tmp_path / "c", stages=3)
+    source = next(p for p in folder.glob("*.c") if p.name != "example.c").name
+    flags = "-std=c99 -O1 -g -fsanitize=address,undefined,float-divide-by-zero -fno-sanitize-recover=all"
+    run(compiler("gcc"), *flags.split(), "-o", "checked", "example.c", source, "-lm", cwd=folder)
+    lines = run("./checked", cwd=folder).splitlines()
+    assert len(lines) == 101
+    assert "nan" not in lines[-1]
+
+
+def test_static_analysis(tmp_path: Path) -> None:
+    folder = sg.generate(bouncing_ball.model(), tmp_path / "c", stages=2)
+    out = run(compiler("gcc"), "-std=c99", "-O1", "-fanalyzer", "-c", "bouncing_ball.c", cwd=folder)
+    assert "warning" not in out
+    run(
+        *(compiler("cppcheck"), "--std=c99", "--enable=warning,performance,portability"),
+        *("--suppress=missingIncludeSystem", "--error-exitcode=3", "--quiet", "bouncing_ball.c"),
+        cwd=folder,
+    )
+
+
+def test_two_models_and_two_stage_counts_in_one_program(tmp_path: Path) -> None:
+    names = []
+    for make, stages, prefix in ((slope.model, 2, "slope_2"), (slope.model, 3, "slope_3"), (bouncing_ball.model, 3, "ball")):
+        folder = sg.generate(make(), tmp_path / prefix, stages=stages, prefix=prefix)
+        names.append(folder / f"{prefix}.c")
+    body = "".join(f'#include "{n.parent.name}/{n.stem}.h"\n' for n in names)
+    body += "int main(void) { return slope_2_meta().stages + slope_3_meta().stages + ball_meta().stages - 8; }\n"
+    (tmp_path / "main.c").write_text(body)
+    run(compiler("gcc"), *STRICT, "-o", "all", "main.c", *names, "-lm", cwd=tmp_path)
+    run("./all", cwd=tmp_path)
+
+
+def test_runtime_stands_verbatim_in_the_output() -> None:
+    text = render(emit_spec(freeze(slope.model())))["slope.c"]
+    between = text.split(RUNTIME_BEGIN)[1].split(RUNTIME_END)[0].strip()
+    assert between == runtime_source().strip()
+
+
+def _generated_part(files: dict[str, str]) -> dict[str, str]:
+    """Files with the runtime cut out: it is compared with runtime/c."""
+    kept = {}
+    for name, text in files.items():
+        if RUNTIME_BEGIN in text:
+            text = text.split(RUNTIME_BEGIN)[0] + RUNTIME_BEGIN + "\n" + RUNTIME_END + text.split(RUNTIME_END)[1]
+        text = re.sub(r"(runtime +sha256 )[0-9a-f]{64}", r"\1-", text)
+        text = re.sub(r'("?runtime_hash"?(?: =|:) ")[0-9a-f]{64}', r"\1-", text)
+        kept[name] = text
+    return kept
+
+
+def _pinned() -> bool:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = dict(line.split("==") for line in lines if "==" in line)
+    return pins["sympy"] == sp.__version__ and pins["casadi"] == ca.__version__
+
+
+@pytest.mark.parametrize("make", GOLDEN, ids=identify)
+def test_golden_steppers(make: Callable[[], sg.Model], request: pytest.FixtureRequest) -> None:
+    if not _pinned():
+        pytest.skip("SymPy or CasADi differ from constraints.txt: the text may differ")
+    spec = emit_spec(freeze(make()), stages=3)
+    files = render(spec)
+    folder = ROOT / "generated" / spec.prefix
+    if request.config.getoption("--update-golden"):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        for name, text in files.items():
+            (folder / name).write_bytes(text.encode())
+    stored = {p.name: p.read_text() for p in folder.iterdir()} if folder.is_dir() else {}
+    command = "if the change is intended run: pytest tests/test_generated_code.py --update-golden -n 0"
+    assert set(stored) == set(files), command
+    expected, found = _generated_part(stored), _generated_part(files)
+    for name in files:
+        assert found[name] == expected[name], f"generated/{spec.prefix}/{name} differs; {command}"
+
+
+def test_no_stale_golden_folder() -> None:
+    assert {p.name for p in (ROOT / "generated").iterdir()} == {make().name for make in GOLDEN}
+
+
+def test_same_bytes_for_any_hash_seed(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[2]); import signorini as sg, trap_models as t\n"
+        "from signorini.models import slider_crank\n"
+        "for m in (slider_crank.model, t.rheonomic, t.mixed_contacts):\n"
+        "    m = m(); sg.generate(m, sys.argv[1] + '/' + m.name, stages=3)\n"
+    )
+    outputs = []
+    for seed in ("0", "1", "42"):
+        target = tmp_path / seed
+        env = os.environ | {"PYTHONHASHSEED": seed}
+        subprocess.run([sys.executable, "-c", code, str(target), str(ROOT / "tests")], env=env, check=True)
+        outputs.append({str(p.relative_to(target)): p.read_bytes() for p in sorted(target.rglob("*")) if p.is_file()})
+    assert outputs[0] == outputs[1] == outputs[2]
+    everything = b"".join(outputs[0].values())
+    for forbidden in (str(tmp_path).encode(), str(ROOT).encode(), os.uname().nodename.encode()):
+        assert forbidden not in everything
+
+
+def test_temporaries_and_aliases_do_not_collide() -> None:
+    """Names that the generated code uses itself, given by a user."""
+    m = sg.Model("collide")
+    q, h = m.coordinates("q h")
+    dq, dh = m.velocities
+    w0, out, R, par, real, sin_q, u, i_fill = m.parameters(
+        w0=1.0, out=2.0, R=0.5, par=1.5, real=1.0, sin_q=0.1, u=0.2, i_fill=0.3
+    )
+    m.inputs("v w L")
+    m.lagrangian = w0 * dq**2 + out * dh**2 * (2 + sp.sin(q)) - R * sp.sin(q) * par - real * h * sin_q
+    m.force([u * sp.sin(q) * m.u[0], i_fill * m.u[1] * m.u[2]])
+    m.contact("default", g_N=h + 1, gamma_F=dq, mu=R)
+    m.constraint("for", q - 0.1 * sp.sin(m.time) - h**2)
+    m.initial_state(q=[0, 0], v=[0.1, 0])
+    traj = sg.build(m, stages=3).simulate(t_end=0.1, dt=0.01, inputs=[0.1, 0.2, 0.3])
+    assert len(traj) == 11
+
+
+def test_text_of_the_user_cannot_leave_a_comment() -> None:
+    m = sg.Model("hostile")
+    (x,) = m.coordinates("x")
+    (v,) = m.velocities
+    (k,) = m.parameters(k=sg.par(1.0, unit="*/ int evil; /*", doc="a\n#error b \\ \u2192"))
+    m.doc = "*/ #error */"
+    m.lagrangian = v**2 / 2 - k * x**2
+    m.initial_state(q=[1])
+    assert len(sg.build(m).simulate(t_end=0.1, dt=0.05)) == 3
+
+
+def test_chain_of_ten_links_reads_and_compiles(tmp_path: Path) -> None:
+    folder = sg.generate(chain(10), tmp_path / "c", stages=3)
+    assert (folder / "chain_10.c").stat().st_size < 1_500_000
+    longest = max(len(line) for line in (folder / "chain_10.c").read_text().splitlines())
+    assert longest <= 140
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["sizes"]["n_q"] == 10
