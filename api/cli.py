@@ -10,7 +10,6 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
-
 from signorini.codegen.errors import GenerationError, ModelError
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
@@ -53,7 +52,7 @@ def run(
     stages: int = 3,
     dt: float = 1e-2,
     t_end: float = 2.0,
-    set: Pairs = None,  # noqa: A002 - the option is called --set
+    set: Pairs = None,
     q0: Pairs = None,
     v0: Pairs = None,
     tol: float | None = None,
@@ -184,7 +183,9 @@ def generate(
         if path.is_file():
             table.add_row(path.name, str(path.stat().st_size))
     console.print(table)
-    console.print(f"build and run: make -C {folder} && {folder}/example", markup=False, highlight=False)
+    console.print(
+        f"build and run: make -C {folder} && {folder}/example", markup=False, highlight=False
+    )
 
 
 @app.command(name="list")

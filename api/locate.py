@@ -27,7 +27,9 @@ def find_model(name: str) -> Model:
     RunError
         If there is no such model, or its file fails.
     """
-    place, _, function = name.partition(":") if not re.match(r"[A-Za-z]:[\\/]", name) else (name, "", "")
+    place, _, function = (
+        name.partition(":") if not re.match(r"[A-Za-z]:[\\/]", name) else (name, "", "")
+    )
     function = function or "model"
     module = _module(place)
     make = getattr(module, function, None)
@@ -79,7 +81,8 @@ def _module(place: str) -> object:
         finally:
             sys.path.pop(0)
     raise RunError(
-        f"there is no model '{place}': give one of {', '.join(shipped())}, a file path.py[:function] "
+        f"there is no model '{place}': give one of {', '.join(shipped())}, a file "
+        "path.py[:function] "
         "or a module package.module[:function]"
     )
 

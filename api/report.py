@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-
 from signorini.runtime.trajectory import Trajectory
 
 _STATES = ("open", "closed", "slip", "stick")
@@ -19,13 +18,17 @@ def contact_states(traj: Trajectory) -> dict[str, np.ndarray]:
     """
     stepper = traj._stepper
     states = {}
-    mu = stepper.evaluate("mu", 0.0, traj.q[0], parameters=traj.parameters) if traj.contacts else []
+    mu = np.zeros(0)
+    if traj.contacts:
+        mu = stepper.evaluate("mu", 0.0, traj.q[0], parameters=traj.parameters)
     bound = None
     if any(c["bound"] >= 0 for c in stepper.manifest["contacts"]):
         bound = stepper.evaluate("bound", traj.t, traj.q, traj.v, traj.u, traj.parameters)
     steps = np.diff(traj.t, prepend=traj.t[0])
     for k, c in enumerate(stepper.manifest["contacts"]):
-        friction = np.linalg.norm(traj.P_F[:, c["friction"] : c["friction"] + c["components"]], axis=1)
+        friction = np.linalg.norm(
+            traj.P_F[:, c["friction"] : c["friction"] + c["components"]], axis=1
+        )
         if c["normal"] >= 0:
             normal = traj.P_N[:, c["normal"]]
             radius = mu[k] * normal
@@ -125,11 +128,16 @@ def plot(traj: Trajectory, path: Path) -> None:
     if contacts:
         dt = np.diff(t)
         for name, columns in contacts:
-            line = None
             if columns["P_N"] is not None:
-                (line,) = axes[1, 0].plot(t, traj.g_N[:, columns["P_N"]], label=f"g_N {name}", lw=1.2)
+                (_line,) = axes[1, 0].plot(
+                    t, traj.g_N[:, columns["P_N"]], label=f"g_N {name}", lw=1.2
+                )
                 axes[1, 1].step(
-                    t[1:], traj.P_N[1:, columns["P_N"]] / dt, where="pre", label=f"P_N/dt {name}", lw=1.2
+                    t[1:],
+                    traj.P_N[1:, columns["P_N"]] / dt,
+                    where="pre",
+                    label=f"P_N/dt {name}",
+                    lw=1.2,
                 )
             for j, column in enumerate(columns["P_F"]):
                 suffix = f"[{j}]" if len(columns["P_F"]) > 1 else ""

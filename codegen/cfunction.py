@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-
 from signorini.codegen.cprint import Precision, statements
 from signorini.codegen.derive import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
@@ -100,7 +99,7 @@ class FunctionWriter:
         for k in range(d.R.numel()):
             self._plain[d.R[k].element_hash()] = ("R", f"R[{k}]")
 
-    # --- functions of the model ---------------------------------------------------------------------
+    # --- functions of the model ------------------------------------------------------------------
 
     def model_function(self, name: str, arguments: Sequence[str]) -> CFunction:
         """A public function ``prefix_name(..., out)``, matrices dense and row by row."""
@@ -205,10 +204,15 @@ class FunctionWriter:
                 )
         out = f"{self.prefix}_consistency *out"
         return self._write(
-            "evaluate_consistency", ("t", "q", "v", "par"), blocks, out, (), doc=("Start of a run.",)
+            "evaluate_consistency",
+            ("t", "q", "v", "par"),
+            blocks,
+            out,
+            (),
+            doc=("Start of a run.",),
         )
 
-    # --- functions of the scheme ----------------------------------------------------------------------
+    # --- functions of the scheme -----------------------------------------------------------------
 
     def assembly(self, assembly: Assembly, parameters: Sequence[str]) -> CFunction:
         """A static function on the work struct; its symbols are C lvalues already."""
@@ -226,9 +230,11 @@ class FunctionWriter:
         values = [v for b in blocks for v in b.values]
         symbols = ca.symvar(ca.vertcat(ca.SX(0, 1), *values))
         names = {s.element_hash(): s.name() for s in symbols}
-        return self._finish(assembly.name, tuple(parameters), blocks, names, set(_LOCAL), (), (), (), ())
+        return self._finish(
+            assembly.name, tuple(parameters), blocks, names, set(_LOCAL), (), (), (), ()
+        )
 
-    # --- text ---------------------------------------------------------------------------------------
+    # --- text ------------------------------------------------------------------------------------
 
     def _label(self, name: str, i: int, j: int, columns: int) -> str:
         if columns == 1:
@@ -281,7 +287,16 @@ class FunctionWriter:
         taken = set(_LOCAL) | {local for _, local, _ in self._aliases.values()}
         parameters = (*(declared[a] for a in arguments), out)
         return self._finish(
-            name, parameters, blocks, names, taken, tuple(aliases), unused, tuple(arguments), shape, doc
+            name,
+            parameters,
+            blocks,
+            names,
+            taken,
+            tuple(aliases),
+            unused,
+            tuple(arguments),
+            shape,
+            doc,
         )
 
     def _finish(
@@ -311,7 +326,9 @@ class FunctionWriter:
         written = {re.split(r"->|\[", t)[0] for t in targets}
         written |= {re.split(r"->|\[", array)[0] for b in blocks for array, _ in b.fills}
         last = [re.search(r"(\w+)(\[\])?\Z", p) for p in parameters]
-        outputs = [m[1] for m, p in zip(last, parameters, strict=True) if m and not p.startswith("const ")]
+        outputs = [
+            m[1] for m, p in zip(last, parameters, strict=True) if m and not p.startswith("const ")
+        ]
         idle = tuple(
             o for o in outputs if o not in written and o not in ("t", "h") and o not in arguments
         )

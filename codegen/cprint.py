@@ -196,9 +196,7 @@ class _Printer:
         if op in ("select", "if_else_zero"):
             condition = self._truth(node.args[0])
             yes = self._value(node.args[1], 1)
-            no = (
-                self._value(node.args[2], 1) if op == "select" else self.precision.number(0.0)
-            )
+            no = self._value(node.args[2], 1) if op == "select" else self.precision.number(0.0)
             return f"({condition} ? {yes} : {no})", 9
         if op in ("+", "-"):
             left = self._value(node.args[0], 4)

@@ -7,7 +7,6 @@ A name is a base quantity with derivative suffixes: ``g_N_q`` is the Jacobian of
 from dataclasses import dataclass
 
 import casadi as ca
-
 from signorini.codegen.model_data import ModelData
 
 
@@ -83,7 +82,8 @@ class Derivation:
 
     def _derive(self, name: str) -> ca.SX:
         if name in QUANTITIES:
-            return getattr(self, f"_{name}")()
+            value: ca.SX = getattr(self, f"_{name}")()
+            return value
         stem, _, variable = name.rpartition("_")
         variables = {
             "q": self.data.q,
@@ -96,7 +96,7 @@ class Derivation:
             raise KeyError(f"no derived function '{name}'")
         return ca.sparsify(ca.jacobian(self[stem], variables[variable]))
 
-    # --- base quantities ---------------------------------------------------------------------------
+    # --- base quantities -------------------------------------------------------------------------
 
     def _column(self, rows: list[ca.SX]) -> ca.SX:
         return ca.vertcat(ca.SX(0, 1), *rows)
@@ -195,6 +195,4 @@ class Derivation:
         return self._column([c.e_F for c in self.data.contacts])
 
     def _guard(self) -> ca.SX:
-        return self._column(
-            [ca.SX(0) if c.guard is None else c.guard for c in self.data.contacts]
-        )
+        return self._column([ca.SX(0) if c.guard is None else c.guard for c in self.data.contacts])

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-
 from signorini.codegen.errors import GenerationError
 from signorini.codegen.spec import EmitSpec, manifest
 

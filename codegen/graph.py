@@ -198,9 +198,9 @@ class Graph:
                 return self._binary("/", a, nb.args[0])
             if op == "*" and na.op == "inv":
                 return self._binary("/", b, na.args[0])
-        if op in COMMUTATIVE and (nb.op == "const") > (na.op == "const"):
-            a, b = b, a
-        elif op in COMMUTATIVE and (nb.op == "const") == (na.op == "const") and a > b:
+        if (op in COMMUTATIVE and (nb.op == "const") > (na.op == "const")) or (
+            op in COMMUTATIVE and (nb.op == "const") == (na.op == "const") and a > b
+        ):
             a, b = b, a
         return self._add(Node(op, (a, b)))
 

@@ -99,14 +99,18 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
 def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
     """All structs, in the order in which C must see them."""
     params = tuple(
-        Field(p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x))
+        Field(
+            p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x)
+        )
         for p in data.parameters
     ) or (Field("unused", "real", (), "the model has no parameters"),)
     options = (
         Field("tol", "real", (), "relative tolerance of every row; 0 iterates to round-off"),
         Field("r", "real", (), "prox parameter of the contact laws; 0 chooses one per contact"),
         Field("max_iterations", "int", (), "Newton iterations of one nonlinear problem"),
-        Field("max_halvings", "int", (), "halvings of a step that is not solved otherwise, at most 10"),
+        Field(
+            "max_halvings", "int", (), "halvings of a step that is not solved otherwise, at most 10"
+        ),
         Field("active_set", "int", (), "ACTIVE_ANY_STAGE or ACTIVE_END, rule (67)"),
         Field("scaling", "int", (), "SCALING_ROWS or SCALING_NONE: tol is absolute"),
     )

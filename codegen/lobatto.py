@@ -2,7 +2,6 @@
 
 import casadi as ca
 import mpmath as mp
-
 from signorini.codegen.derive import Derivation
 from signorini.codegen.scheme import (
     Assembly,
@@ -66,7 +65,9 @@ class _Lobatto:
             },
         )
         self.end = Point(
-            "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
+            "end",
+            ("t", "q", "v", "par"),
+            {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)},
         )
         self.end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
         self.opening = Point(
@@ -112,7 +113,9 @@ class _Lobatto:
             R = f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
             place = f"&w->{point.name}[{i}]"
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{i * self.n}]"
-            calls.append(Call(point.name, (_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R), place))
+            calls.append(
+                Call(point.name, (_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R), place)
+            )
         return tuple(calls)
 
     def end_call(self, point: Point) -> Call:
@@ -186,7 +189,9 @@ class _Lobatto:
         return Assembly(
             "start_assembly",
             (
-                matrix("w->mass", self.end_jacobian.at("w->start_jacobian", "p_v"), "M = dp/dv at t_n"),
+                matrix(
+                    "w->mass", self.end_jacobian.at("w->start_jacobian", "p_v"), "M = dp/dv at t_n"
+                ),
                 matrix("w->direction", W.T, "W^T at t_n, row by row"),
                 dense("w->drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
                 dense("w->L_q", opening["L_q"], "(dL/dq)^T at t_n"),
@@ -230,9 +235,15 @@ class _Lobatto:
             (
                 dense("w->r", ca.vertcat(*r), "p^i - p_n - sum_j a_hat_ij F^j = 0  (47b)"),
                 dense(
-                    "w->y", ca.vertcat(ca.SX(0, 1), *y), "g, gamma, g_N, gamma_F at the stages 2 ... s"
+                    "w->y",
+                    ca.vertcat(ca.SX(0, 1), *y),
+                    "g, gamma, g_N, gamma_F at the stages 2 ... s",
                 ),
-                dense("w->radius", ca.vertcat(ca.SX(0, 1), *radius), "radii h bound of friction elements"),
+                dense(
+                    "w->radius",
+                    ca.vertcat(ca.SX(0, 1), *radius),
+                    "radii h bound of friction elements",
+                ),
             ),
         )
 
@@ -257,9 +268,7 @@ class _Lobatto:
         C, C_radius = [], []
         for i in range(1, s):
             C.append([self._kinematic_block(i, k) for k in range(s)])
-            C_radius.append(
-                [self.h * self.a(i - 1, k) * self.at(i - 1, "rho_q") for k in range(s)]
-            )
+            C_radius.append([self.h * self.a(i - 1, k) * self.at(i - 1, "rho_q") for k in range(s)])
         n_b = self.d["rho"].numel()
         return Assembly(
             "position_derivatives",
@@ -308,9 +317,7 @@ class _Lobatto:
         if self.n_R:
             r = r - W @ last
         xi_N, xi_F = self._restitution()
-        y = ca.vertcat(
-            end["g_dot"], end["gamma"], end["g_N_dot"] + xi_N, end["gamma_F"] + xi_F
-        )
+        y = ca.vertcat(end["g_dot"], end["gamma"], end["g_N_dot"] + xi_N, end["gamma_F"] + xi_F)
         radius = ca.SX.zeros(d["rho"].numel(), 1)
         for j in range(s):
             radius += self.b(j) * ca.densify(self.at(j, "rho"))
@@ -319,7 +326,9 @@ class _Lobatto:
             (
                 dense("w->r", r, "p_{n+1} - p_n - sum_j b_j F^j = 0  (47d)"),
                 dense(
-                    "w->y", y, "g_dot, gamma, xi_N = g_N_dot + e_N g_N_dot(t_n), xi_F likewise  (68)"
+                    "w->y",
+                    y,
+                    "g_dot, gamma, xi_N = g_N_dot + e_N g_N_dot(t_n), xi_F likewise  (68)",
                 ),
                 dense("w->radius", radius, "radii sum_j b_j h bound^j of friction elements"),
             ),
@@ -347,7 +356,9 @@ class _Lobatto:
         return Assembly(
             "velocity_derivatives",
             (
-                matrix("w->A", self.end_jacobian.at("w->end_jacobian", "p_v"), "A = dp_{n+1}/dv_{n+1}"),
+                matrix(
+                    "w->A", self.end_jacobian.at("w->end_jacobian", "p_v"), "A = dp_{n+1}/dv_{n+1}"
+                ),
                 matrix("w->B", -W, "B = -W, column by column", "column"),
                 matrix("w->C", W.T, "C = W^T"),
                 matrix("w->C_radius", ca.SX(n_b, self.n), "the radii are given"),

@@ -222,7 +222,9 @@ class Model:
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
         """
         if g_N is None:
-            raise ModelError(self.name, f"contact '{name}'", "g_N is None", "Give the gap g_N(t, q)")
+            raise ModelError(
+                self.name, f"contact '{name}'", "g_N is None", "Give the gap g_N(t, q)"
+            )
         self._add_contact(name, g_N, gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
 
     def friction(self, name: str, *, gamma_F: Any, bound: Any) -> None:
@@ -297,9 +299,12 @@ class Model:
         """One expression, a list, or a column matrix, as a list."""
         shape = getattr(expressions, "shape", None)
         if shape is not None and shape != ():
-            if len(shape) == 2 and 1 not in shape or len(shape) > 2:
+            if (len(shape) == 2 and 1 not in shape) or len(shape) > 2:
                 raise ModelError(
-                    self.name, what, f"has shape {'x'.join(map(str, shape))}", "Give a list or a column"
+                    self.name,
+                    what,
+                    f"has shape {'x'.join(map(str, shape))}",
+                    "Give a list or a column",
                 )
             count = 1
             for extent in shape:
@@ -330,7 +335,8 @@ class Model:
             raise ModelError(
                 self.name,
                 what,
-                f"has {len(column)} entries for {n} coordinates ({' '.join(self.coordinate_names)})",
+                f"has {len(column)} entries for {n} coordinates "
+                f"({' '.join(self.coordinate_names)})",
                 "Give one entry for each coordinate",
             )
         return column
@@ -342,7 +348,10 @@ class Model:
                 continue
             if not is_number(value) or not abs(float(value)) < float("inf"):  # type: ignore[arg-type]
                 raise ModelError(
-                    self.name, what, f"its {key} is {value!r}", "Give a finite number or sg.par(number)"
+                    self.name,
+                    what,
+                    f"its {key} is {value!r}",
+                    "Give a finite number or sg.par(number)",
                 )
         default = float(declared.default)
         if (declared.min is not None and default < declared.min) or (

@@ -7,33 +7,201 @@ from signorini.codegen.errors import ModelError
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
 C_KEYWORDS = frozenset(
-    """auto break case char const continue default do double else enum extern float for goto if
-    inline int long register restrict return short signed sizeof static struct switch typedef union
-    unsigned void volatile while _Bool _Complex _Imaginary""".split()
+    [
+        "auto",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "_Bool",
+        "_Complex",
+        "_Imaginary",
+    ]
 )
 CPP_KEYWORDS = frozenset(
-    """alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t class compl concept
-    constexpr const_cast decltype delete dynamic_cast explicit export false friend mutable namespace
-    new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast
-    requires static_assert static_cast template this thread_local throw true try typeid typename
-    using virtual wchar_t xor xor_eq""".split()
+    [
+        "alignas",
+        "alignof",
+        "and",
+        "and_eq",
+        "asm",
+        "bitand",
+        "bitor",
+        "bool",
+        "catch",
+        "char16_t",
+        "char32_t",
+        "class",
+        "compl",
+        "concept",
+        "constexpr",
+        "const_cast",
+        "decltype",
+        "delete",
+        "dynamic_cast",
+        "explicit",
+        "export",
+        "false",
+        "friend",
+        "mutable",
+        "namespace",
+        "new",
+        "noexcept",
+        "not",
+        "not_eq",
+        "nullptr",
+        "operator",
+        "or",
+        "or_eq",
+        "private",
+        "protected",
+        "public",
+        "reinterpret_cast",
+        "requires",
+        "static_assert",
+        "static_cast",
+        "template",
+        "this",
+        "thread_local",
+        "throw",
+        "true",
+        "try",
+        "typeid",
+        "typename",
+        "using",
+        "virtual",
+        "wchar_t",
+        "xor",
+        "xor_eq",
+    ]
 )
 # Macros of the headers that the generated code or its user is likely to include.
 C_MACROS = frozenset(
-    """NULL EOF errno assert offsetof INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL isnan isinf isfinite
-    isnormal signbit fpclassify isgreater isless islessgreater isunordered math_errhandling FILENAME_MAX
-    BUFSIZ RAND_MAX EXIT_SUCCESS EXIT_FAILURE stdin stdout stderr va_start va_end va_arg setjmp
-    unix linux M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2
-    M_SQRT1_2""".split()
+    [
+        "NULL",
+        "EOF",
+        "errno",
+        "assert",
+        "offsetof",
+        "INFINITY",
+        "NAN",
+        "HUGE_VAL",
+        "HUGE_VALF",
+        "HUGE_VALL",
+        "isnan",
+        "isinf",
+        "isfinite",
+        "isnormal",
+        "signbit",
+        "fpclassify",
+        "isgreater",
+        "isless",
+        "islessgreater",
+        "isunordered",
+        "math_errhandling",
+        "FILENAME_MAX",
+        "BUFSIZ",
+        "RAND_MAX",
+        "EXIT_SUCCESS",
+        "EXIT_FAILURE",
+        "stdin",
+        "stdout",
+        "stderr",
+        "va_start",
+        "va_end",
+        "va_arg",
+        "setjmp",
+        "unix",
+        "linux",
+        "M_E",
+        "M_LOG2E",
+        "M_LOG10E",
+        "M_LN2",
+        "M_LN10",
+        "M_PI",
+        "M_PI_2",
+        "M_PI_4",
+        "M_1_PI",
+        "M_2_PI",
+        "M_2_SQRTPI",
+        "M_SQRT2",
+        "M_SQRT1_2",
+    ]
 )
 _MACRO_FAMILIES = re.compile(r"(DBL|FLT|LDBL|FP|MATH|SG|sg)_|SG\Z|_")
 # libm functions the generated code may call: a quantity of that name would hide the function.
 LIBM = frozenset(
-    """sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp expm1 log log1p log10
-    log2 sqrt cbrt pow fabs floor ceil fmod fmin fmax hypot copysign erf remainder fma round trunc
-    frexp ldexp""".split()
+    [
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "exp",
+        "expm1",
+        "log",
+        "log1p",
+        "log10",
+        "log2",
+        "sqrt",
+        "cbrt",
+        "pow",
+        "fabs",
+        "floor",
+        "ceil",
+        "fmod",
+        "fmin",
+        "fmax",
+        "hypot",
+        "copysign",
+        "erf",
+        "remainder",
+        "fma",
+        "round",
+        "trunc",
+        "frexp",
+        "ldexp",
+    ]
 )
 LIBM_F = frozenset(name + "f" for name in LIBM)
+
 
 def check_identifier(model: str, what: str, name: object, symbol: bool = True) -> str:
     """Return `name` if it is an identifier, and as a symbol one that C and C++ leave free.
@@ -71,7 +239,10 @@ def check_identifier(model: str, what: str, name: object, symbol: bool = True) -
         )
     if "__" in name:
         raise ModelError(
-            model, what, f"{name!r} has a double underscore", "C++ reserves such names: choose another"
+            model,
+            what,
+            f"{name!r} has a double underscore",
+            "C++ reserves such names: choose another",
         )
     return name
 
@@ -82,6 +253,4 @@ def split_names(model: str, what: str, names: object) -> list[str]:
         return names.replace(",", " ").split()
     if isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names):
         return list(names)
-    raise ModelError(
-        model, what, f"got {names!r}", "Give the names as one string, e.g. \"x y phi\""
-    )
+    raise ModelError(model, what, f"got {names!r}", 'Give the names as one string, e.g. "x y phi"')

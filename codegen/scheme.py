@@ -8,7 +8,7 @@ are C lvalues. The emitter prints them; it knows nothing of Lobatto.
 from dataclasses import dataclass, field
 
 import casadi as ca
-
+import numpy as np
 from signorini.codegen.derive import Derivation
 
 
@@ -118,7 +118,7 @@ class Scheme:
     problems: tuple[Problem, ...]
     finish: Assembly
     record: Assembly
-    coefficients: dict[str, list] = field(default_factory=dict)
+    coefficients: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def column(name: str, n: int, offset: int = 0) -> ca.SX:

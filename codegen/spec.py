@@ -4,10 +4,8 @@ import hashlib
 import re
 from dataclasses import asdict, dataclass
 from importlib import resources
+from importlib.metadata import version
 from typing import Any
-
-import casadi as ca
-import sympy as sp
 
 from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
@@ -208,10 +206,15 @@ def emit_spec(
     taken = {f"{prefix}_{name}".upper() for name in ("N_Q", "N_U", "N_G", "N_GAMMA", "N_N", "N_F")}
     taken |= {f"{prefix}_{name}".upper() for name in ("N_R", "N_STAGES", "N_OUTPUTS")}
     taken |= {f"{prefix.upper()}_{name}" for name, _ in STATUSES}
-    for name in (*data.coordinates, *data.velocities, *data.inputs, *(p.name for p in data.parameters)):
+    for name in (
+        *data.coordinates,
+        *data.velocities,
+        *data.inputs,
+        *(p.name for p in data.parameters),
+    ):
         if name in taken:
             raise GenerationError(
-                f"the name '{name}' is a macro of the generated header: rename it or choose a prefix"
+                f"the name '{name}' is a macro of the generated header: rename it or give a prefix"
             )
     d = Derivation(data)
     try:
@@ -294,7 +297,7 @@ class _Builder:
             runtime=runtime,
             runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
             model_hash=_model_hash(functions, data),
-            tools=(("SymPy", sp.__version__), ("CasADi", ca.__version__)),
+            tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
             example_h=number(0.001),
             example_steps=1000,
         )

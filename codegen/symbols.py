@@ -10,7 +10,6 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 import sympy as sp
-
 from signorini.codegen import sympy_to_casadi
 from signorini.codegen.errors import ModelError, foreign_symbol
 from signorini.codegen.sympy_to_casadi import SympyToCasadi
@@ -97,7 +96,10 @@ class CasADi:
             sx = ca.SX(expr) if isinstance(expr, (ca.SX, ca.DM)) else ca.SX(float(expr))
         except (TypeError, ValueError, NotImplementedError, RuntimeError):
             raise ModelError(
-                model, equation, f"{expr!r} is not a scalar expression", "Give a CasADi SX or a number"
+                model,
+                equation,
+                f"{expr!r} is not a scalar expression",
+                "Give a CasADi SX or a number",
             ) from None
         if sx.shape != (1, 1):
             raise ModelError(
@@ -132,9 +134,25 @@ class CasADi:
 
 _NONSMOOTH_OPERATIONS = frozenset(
     getattr(ca, "OP_" + name)
-    for name in (
-        "FABS SIGN FLOOR CEIL FMOD REMAINDER FMIN FMAX COPYSIGN IF_ELSE_ZERO LT LE EQ NE NOT AND OR"
-    ).split()
+    for name in [
+        "FABS",
+        "SIGN",
+        "FLOOR",
+        "CEIL",
+        "FMOD",
+        "REMAINDER",
+        "FMIN",
+        "FMAX",
+        "COPYSIGN",
+        "IF_ELSE_ZERO",
+        "LT",
+        "LE",
+        "EQ",
+        "NE",
+        "NOT",
+        "AND",
+        "OR",
+    ]
 )
 # CasADi has no named wrapper for scalars, so vouched nodes are remembered; the reference keeps
 # the key unique.

@@ -5,11 +5,10 @@ from typing import Any
 
 import casadi as ca
 import sympy as sp
+from signorini.codegen.errors import ModelError, foreign_symbol
 from sympy.core.function import AppliedUndef
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
-
-from signorini.codegen.errors import ModelError, foreign_symbol
 
 
 class smooth(sp.Function):  # noqa: N801 - printed and written as a function: smooth(expr)
@@ -102,9 +101,15 @@ class SympyToCasadi:
             node = sp.sympify(expr, strict=True)
         except (sp.SympifyError, TypeError):
             raise ModelError(
-                model, equation, f"{expr!r} is not an expression", "Give a SymPy expression or a number"
+                model,
+                equation,
+                f"{expr!r} is not an expression",
+                "Give a SymPy expression or a number",
             ) from None
-        if isinstance(node, (sp.MatrixBase, sp.Tuple)) or getattr(node, "shape", ()) not in ((), None):
+        if isinstance(node, (sp.MatrixBase, sp.Tuple)) or getattr(node, "shape", ()) not in (
+            (),
+            None,
+        ):
             raise ModelError(
                 model,
                 equation,
@@ -113,7 +118,10 @@ class SympyToCasadi:
             )
         if not isinstance(node, sp.Expr):
             raise ModelError(
-                model, equation, f"{node} is no real expression", "Give a SymPy expression or a number"
+                model,
+                equation,
+                f"{node} is no real expression",
+                "Give a SymPy expression or a number",
             )
         return self._convert(model, equation, node)
 
@@ -257,15 +265,10 @@ def _power(node: sp.Pow, args: list[ca.SX]) -> ca.SX:
 
 
 def _integer_power(base: ca.SX, n: int) -> ca.SX:
-    value = None
-    square = base
-    while n:
-        if n & 1:
-            value = square if value is None else value * square
-        n >>= 1
-        if n:
-            square = square * square
-    return value
+    if n == 1:
+        return base
+    half = _integer_power(base, n // 2)
+    return half * half * base if n % 2 else half * half
 
 
 def _piecewise(model: str, equation: str, node: sp.Piecewise, args: list[ca.SX]) -> ca.SX:

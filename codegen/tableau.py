@@ -36,9 +36,7 @@ class Tableau:
         """The product A A_hat: response of the positions to the forces."""
         with mp.workdps(DIGITS):
             s = range(self.s)
-            return [
-                [mp.fsum(self.a[i][k] * self.a_hat[k][j] for k in s) for j in s] for i in s
-            ]
+            return [[mp.fsum(self.a[i][k] * self.a_hat[k][j] for k in s) for j in s] for i in s]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The coefficients rounded to double: ``c``, ``b``, ``a``, ``a_hat``."""

@@ -4,7 +4,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import ContactDeclaration, Model
 from signorini.codegen.model_data import Contact, ModelData, Parameter
@@ -109,7 +108,10 @@ class _Freezer:
                 for k in range(column.numel()):
                     if ca.depends_on(sx, column[k]):
                         raise ModelError(
-                            self.name, equation, f"depends on the {what} '{column[k].name()}'", remedy
+                            self.name,
+                            equation,
+                            f"depends on the {what} '{column[k].name()}'",
+                            remedy,
                         )
         if smooth:
             part = world.nonsmooth_part(expr)
@@ -154,7 +156,9 @@ class _Freezer:
         rows = []
         for name, expressions in blocks:
             if not expressions:
-                raise ModelError(self.name, f"{kind} '{name}'", "has no equation", "Give at least one")
+                raise ModelError(
+                    self.name, f"{kind} '{name}'", "has no equation", "Give at least one"
+                )
             for k, expr in enumerate(expressions):
                 equation = f"{kind} '{name}'" + (f" [{k}]" if len(expressions) > 1 else "")
                 if kind == "constraint":
@@ -207,7 +211,9 @@ class _Freezer:
             if is_number(value):
                 number = float(value)
                 if not number >= 0 or (top is not None and number > top):
-                    allowed = "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
+                    allowed = (
+                        "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
+                    )
                     raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
             laws[law] = self.scalar(equation, value, "p")
         return Contact(
@@ -223,7 +229,10 @@ class _Freezer:
         start = self.model.start
         if start is None:
             raise ModelError(
-                self.name, "initial_state", "it is missing", "Call m.initial_state(q=[...], v=[...])"
+                self.name,
+                "initial_state",
+                "it is missing",
+                "Call m.initial_state(q=[...], v=[...])",
             )
         columns = {}
         for key, letter, names in (
@@ -299,7 +308,9 @@ def _check_mass_matrix(data: ModelData) -> None:
     if singular[0] is None:
         return
     names = [data.velocities[k] for k in singular[0]]
-    where = "at every state tried" if all(s is not None for s in singular) else "at the initial state"
+    where = (
+        "at every state tried" if all(s is not None for s in singular) else "at the initial state"
+    )
     raise ModelError(
         data.name,
         equation,
@@ -350,7 +361,9 @@ def _check_start_values(data: ModelData) -> None:
     for c in data.contacts:
         if c.g_N is not None:
             checks.append((f"g_N of contact '{c.name}'", c.g_N))
-            checks.append((f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q)))
+            checks.append(
+                (f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q))
+            )
         checks.append((f"gamma_F of '{c.name}'", c.gamma_F))
         for law, value, low, top in (
             ("mu", c.mu, 0.0, np.inf),

@@ -5,16 +5,15 @@ Capobianco, Harsch, Leyendecker, section 6.1, case 2 (omega = 50, e_N = 0); case
 t = 0.72812, then rolling with v = (-10/7, 0, 100/7).
 """
 
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("bouncing_ball")
     m.doc = "Rotating ball that bounces on a plane: impact, slip, rolling"
-    x, y, phi = m.coordinates("x y phi")
+    _x, y, _phi = m.coordinates("x y phi")
     vx, vy, omega = m.velocities
     mass, R, grav, mu, e_N = m.parameters(
         mass=sg.par(1.0, unit="kg", doc="mass"),

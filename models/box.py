@@ -4,9 +4,8 @@ Rigid rectangle, contacts of all four corners with the floor. Seen: rocking, sli
 corners with equal percussions.
 """
 
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def model() -> sg.Model:

@@ -5,9 +5,8 @@ constraint, makes the mass matrix regular. Seen: tumbling, rest on four corners 
 percussions.
 """
 
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def model() -> sg.Model:

@@ -5,9 +5,8 @@ doi:10.1007/s11044-009-9178-y. Seen: no penetration, several corners closing at 
 aligned after t = 0.01.
 """
 
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def model() -> sg.Model:
@@ -43,7 +42,8 @@ def model() -> sg.Model:
     c_1, s_1, c_2, s_2 = sp.cos(phi_1), sp.sin(phi_1), sp.cos(phi_2), sp.sin(phi_2)
     m.constraint("crank_pivot", [x_1 - l_1 / 2 * c_1, y_1 - l_1 / 2 * s_1])
     m.constraint(
-        "crank_rod", [x_1 + l_1 / 2 * c_1 - x_2 + l_2 / 2 * c_2, y_1 + l_1 / 2 * s_1 - y_2 + l_2 / 2 * s_2]
+        "crank_rod",
+        [x_1 + l_1 / 2 * c_1 - x_2 + l_2 / 2 * c_2, y_1 + l_1 / 2 * s_1 - y_2 + l_2 / 2 * s_2],
     )
     m.constraint("rod_slider", [x_2 + l_2 / 2 * c_2 - x_3, y_2 + l_2 / 2 * s_2 - y_3])
     corners = (("P_1", -a, b), ("P_2", a, b), ("P_3", -a, -b), ("P_4", a, -b))

@@ -4,9 +4,8 @@ Capobianco, Harsch, Leyendecker, section 6.3, case 1; case 2 starts at y = 1.5 a
 Seen: comes to rest between t = 2 and 2.5.
 """
 
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def model() -> sg.Model:

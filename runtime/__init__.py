@@ -1,1 +1,4 @@
-"""Compiled stepper -> trajectory: compile, load, step, record. Needs NumPy and a C compiler only."""
+"""Compiled stepper -> trajectory: compile, load, step, record.
+
+Needs NumPy and a C compiler only.
+"""

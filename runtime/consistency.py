@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
 from signorini.runtime.errors import RunError
 
 if TYPE_CHECKING:
@@ -31,7 +30,9 @@ def violations(
 
     found: list[tuple[float, str]] = []
 
-    def look(rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str):
+    def look(
+        rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str
+    ) -> None:
         for k, name in enumerate(rows):
             scale = np.abs(W[:, k]) @ np.abs(x) + abs(chi[k])
             measure = abs(values[k]) / (_TOLERANCE * scale + _FLOOR)
@@ -118,9 +119,7 @@ def project(
         columns.append(at("W_gamma", q, v))
     value, W = np.concatenate(rows), np.hstack(columns)
     if value.size:
-        v = v + mass_inverse @ W @ np.linalg.lstsq(
-            W.T @ mass_inverse @ W, -value, rcond=1e-12
-        )[0]
+        v = v + mass_inverse @ W @ np.linalg.lstsq(W.T @ mass_inverse @ W, -value, rcond=1e-12)[0]
     left = violations(stepper, t, q, v, par)
     if left or not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
         text = "; ".join(what for _, what in left[:4]) or "the projection diverged"

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
 from signorini.runtime.compile import compile_library
 from signorini.runtime.errors import RunError
 
@@ -138,7 +137,7 @@ class Library:
 
     def _verify(self) -> None:
         class Meta(ctypes.Structure):
-            _fields_ = [  # noqa: RUF012
+            _fields_ = [
                 *((n, ctypes.c_char_p) for n in ("model", "scheme", "precision", "model_hash")),
                 ("runtime_hash", ctypes.c_char_p),
                 ("stages", ctypes.c_int),
@@ -166,7 +165,7 @@ class Library:
                     f"{ctypes.sizeof(self.structs[name])} by the manifest: generate it again"
                 )
 
-    # --- arrays ------------------------------------------------------------------------------------
+    # --- arrays ----------------------------------------------------------------------------------
 
     def array(self, values: Any) -> Any:
         """A contiguous NumPy array of the real type."""

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-
 from signorini.runtime.consistency import project, report
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.library import Library
@@ -50,7 +49,7 @@ class Stepper:
     def __repr__(self) -> str:
         return f"Stepper('{self.name}', {self.manifest['scheme']}, s = {self.stages})"
 
-    # --- parameters, state ---------------------------------------------------------------------------
+    # --- parameters, state -----------------------------------------------------------------------
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -116,7 +115,7 @@ class Stepper:
         v = self._vector("v0", v0, start[2], "velocities")
         return project(self, t, q, v, par)
 
-    # --- model functions -------------------------------------------------------------------------------
+    # --- model functions -------------------------------------------------------------------------
 
     @property
     def functions(self) -> list[str]:
@@ -276,7 +275,7 @@ class Stepper:
             "C": take("C", n_lam, n_x),
         }
 
-    # --- runs --------------------------------------------------------------------------------------------
+    # --- runs ------------------------------------------------------------------------------------
 
     def simulate(
         self,
@@ -410,7 +409,7 @@ class Stepper:
         run = _Run(self, par, chosen, _number("t", t), q, v, h, 1, 1, True)
         return run.go(inputs, None, None)
 
-    # --- conversions ----------------------------------------------------------------------------------------
+    # --- conversions -----------------------------------------------------------------------------
 
     def _params(self, values: Mapping[str, float]) -> Any:
         params = self._library.structs["params"]()

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
 from signorini.runtime.errors import RunError
 
 if TYPE_CHECKING:
@@ -61,7 +60,8 @@ class Trajectory:
         n = stepper.sizes
         at = np.cumsum([0, n["n_g"], n["n_gamma"], n["n_N"], n["n_F"]])
         self._columns = {
-            name: slice(int(at[k]), int(at[k + 1])) for k, name in enumerate(("g", "gamma", "N", "F"))
+            name: slice(int(at[k]), int(at[k + 1]))
+            for k, name in enumerate(("g", "gamma", "N", "F"))
         }
         self._cache: dict[str, np.ndarray] = {}
 
@@ -97,7 +97,17 @@ class Trajectory:
 
     def __dir__(self) -> list[str]:
         return sorted(
-            {*super().__dir__(), "t", "q", "v", "u", "residual", "smallest_gap", *_COUNTS, *_DERIVED}
+            {
+                *super().__dir__(),
+                "t",
+                "q",
+                "v",
+                "u",
+                "residual",
+                "smallest_gap",
+                *_COUNTS,
+                *_DERIVED,
+            }
             | {f"P_{name}" for name in self._columns}
         )
 
@@ -169,7 +179,8 @@ class Trajectory:
         partial = target.with_name(f".{target.name}.part")
         try:
             with partial.open("wb") as stream:
-                np.savez_compressed(stream, about=np.array(json.dumps(about)), **arrays)
+                stored: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays}
+                np.savez_compressed(stream, **stored)
             partial.replace(target)
         except OSError as error:
             raise RunError(f"cannot write {target}: {error.strerror}") from None

@@ -8,7 +8,6 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-
 import signorini as sg
 
 ROOT = Path(__file__).resolve().parent.parent

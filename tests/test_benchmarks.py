@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-
 import signorini as sg
 from signorini.models import bouncing_ball, slider_crank, slope
 
@@ -91,7 +90,9 @@ def test_slider_crank(s: int, phi_1: float, stepper: Build) -> None:
     ("s", "coarse", "fine", "error"),
     [(2, 5, 0, 4.6e-6), (3, 5, 1, 4.8e-11), (4, 6, 3, 9.0e-13), (5, 7, 5, 3.2e-12)],
 )
-def test_slope_has_order_2s_minus_2(s: int, coarse: int, fine: int, error: float, stepper: Build) -> None:
+def test_slope_has_order_2s_minus_2(
+    s: int, coarse: int, fine: int, error: float, stepper: Build
+) -> None:
     compiled = stepper(slope.model, s)
     reference = stepper(slope.model, 5).simulate(t_end=1.6384, dt=8e-4, tol=0)
     errors = {}

@@ -5,11 +5,10 @@ from collections.abc import Callable
 import mpmath as mp
 import numpy as np
 import pytest
-from trap_models import TRAPS
-
 import signorini as sg
 from signorini.models import bouncing_ball, box, slider_crank, slope
 from signorini.verify.expressions import Expressions
+from trap_models import TRAPS
 
 MODELS = (*TRAPS, bouncing_ball.model, slope.model, slider_crank.model, box.model)
 
@@ -91,9 +90,13 @@ def reference_values(model: sg.Model, at: dict, par: list[float]) -> dict[str, n
         return {name: np.array(value, dtype=float) for name, value in values.items()}
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.__module__.split(".")[-1] + "." + m.__name__)
+@pytest.mark.parametrize(
+    "model", MODELS, ids=lambda m: m.__module__.split(".")[-1] + "." + m.__name__
+)
 @pytest.mark.parametrize("seed", [0, 1])
-def test_functions(model: Callable[[], sg.Model], seed: int, stepper: Callable[..., sg.Stepper]) -> None:
+def test_functions(
+    model: Callable[[], sg.Model], seed: int, stepper: Callable[..., sg.Stepper]
+) -> None:
     compiled = stepper(model)
     at = draw(compiled, seed)
     expected = reference_values(model(), at, list(compiled.parameters.values()))

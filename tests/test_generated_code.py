@@ -11,24 +11,46 @@ from pathlib import Path
 
 import casadi as ca
 import pytest
-import sympy as sp
-from trap_models import chain, mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
-
 import signorini as sg
+import sympy as sp
 from signorini.codegen.emit import RUNTIME_BEGIN, RUNTIME_END, render
 from signorini.codegen.spec import emit_spec, runtime_source
 from signorini.codegen.validate import freeze
 from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
+from trap_models import (
+    chain,
+    mixed_contacts,
+    one_coordinate,
+    only_constraints,
+    rheonomic,
+    unconstrained,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
-STRICT = """-std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Wstrict-prototypes
-    -Wmissing-prototypes -Wdouble-promotion -Wundef -Wcast-qual -Wvla -Werror""".split()
+STRICT = [
+    "-std=c99",
+    "-pedantic",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wshadow",
+    "-Wstrict-prototypes",
+    "-Wmissing-prototypes",
+    "-Wdouble-promotion",
+    "-Wundef",
+    "-Wcast-qual",
+    "-Wvla",
+    "-Werror",
+]
 GOLDEN = (bouncing_ball.model, slider_crank.model, slope.model)
 MODELS = (*GOLDEN, box_in_space.model, rheonomic, mixed_contacts, only_constraints, unconstrained,
           one_coordinate)  # fmt: skip
 # libm, and the four functions that a compiler may call in any freestanding program.
-ALLOWED = set("""sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp log pow sqrt fabs fmin fmax
-    memcpy memmove memset memcmp""".split())  # fmt: skip
+ALLOWED = {
+    *"sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp log pow sqrt fabs fmin fmax".split(),
+    *"memcpy memmove memset memcmp".split(),
+}
 
 
 def identify(value: object) -> str:
@@ -55,7 +77,9 @@ def run(*command: object, cwd: Path) -> str:
 
 @pytest.mark.parametrize("precision", ["double", "float"])
 @pytest.mark.parametrize("make", MODELS, ids=identify)
-def test_no_warnings_and_only_libm(make: Callable[[], sg.Model], precision: str, tmp_path: Path) -> None:
+def test_no_warnings_and_only_libm(
+    make: Callable[[], sg.Model], precision: str, tmp_path: Path
+) -> None:
     folder = sg.generate(make(), tmp_path / "c", stages=3, precision=precision)
     source = next(p for p in folder.glob("*.c") if p.name != "example.c")
     for name in ("gcc", "clang"):
@@ -64,8 +88,20 @@ def test_no_warnings_and_only_libm(make: Callable[[], sg.Model], precision: str,
         run(compiler(name), *STRICT, "-c", "example.c", cwd=folder)
     run(compiler("gcc"), *[f.replace("c99", "c11") for f in STRICT], "-c", source.name, cwd=folder)
     header = source.with_suffix(".h").name
-    (folder / "user.cpp").write_text(f'#include <cmath>\n#include "{header}"\nint main() {{ return 0; }}\n')
-    run(compiler("g++"), "-std=c++98", "-pedantic", "-Wall", "-Wextra", "-Werror", "-c", "user.cpp", cwd=folder)
+    (folder / "user.cpp").write_text(
+        f'#include <cmath>\n#include "{header}"\nint main() {{ return 0; }}\n'
+    )
+    run(
+        compiler("g++"),
+        "-std=c++98",
+        "-pedantic",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-c",
+        "user.cpp",
+        cwd=folder,
+    )
     run(compiler("gcc"), "-O2", "-std=c99", "-ffp-contract=off", "-c", source.name, cwd=folder)
     symbols = run("nm", source.with_suffix(".o").name, cwd=folder).splitlines()
     undefined = {line.split()[-1] for line in symbols if " U " in line}
@@ -76,7 +112,11 @@ def test_no_warnings_and_only_libm(make: Callable[[], sg.Model], precision: str,
         assert not undefined & {"sin", "cos", "exp", "sqrt", "fabs", "pow", "log"}
     prefix = source.stem
     defined = {line.split()[-1]: line.split()[-2] for line in symbols if " U " not in line}
-    assert all(name.startswith(prefix + "_") for name, kind in defined.items() if kind.isupper() and kind != "R")
+    assert all(
+        name.startswith(prefix + "_")
+        for name, kind in defined.items()
+        if kind.isupper() and kind != "R"
+    )
     assert not {name for name, kind in defined.items() if kind in "BDbdC"}  # no writable data
 
 
@@ -84,7 +124,8 @@ def test_no_warnings_and_only_libm(make: Callable[[], sg.Model], precision: str,
 def test_sanitizers_and_analyzer(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     folder = sg.generate(make(), tmp_path / "c", stages=3)
     source = next(p for p in folder.glob("*.c") if p.name != "example.c").name
-    flags = "-std=c99 -O1 -g -fsanitize=address,undefined,float-divide-by-zero -fno-sanitize-recover=all"
+    flags = "-std=c99 -O1 -g -fno-sanitize-recover=all"
+    flags += " -fsanitize=address,undefined,float-divide-by-zero"
     run(compiler("gcc"), *flags.split(), "-o", "checked", "example.c", source, "-lm", cwd=folder)
     lines = run("./checked", cwd=folder).splitlines()
     assert len(lines) == 101
@@ -104,11 +145,16 @@ def test_static_analysis(tmp_path: Path) -> None:
 
 def test_two_models_and_two_stage_counts_in_one_program(tmp_path: Path) -> None:
     names = []
-    for make, stages, prefix in ((slope.model, 2, "slope_2"), (slope.model, 3, "slope_3"), (bouncing_ball.model, 3, "ball")):
+    for make, stages, prefix in (
+        (slope.model, 2, "slope_2"),
+        (slope.model, 3, "slope_3"),
+        (bouncing_ball.model, 3, "ball"),
+    ):
         folder = sg.generate(make(), tmp_path / prefix, stages=stages, prefix=prefix)
         names.append(folder / f"{prefix}.c")
     body = "".join(f'#include "{n.parent.name}/{n.stem}.h"\n' for n in names)
-    body += "int main(void) { return slope_2_meta().stages + slope_3_meta().stages + ball_meta().stages - 8; }\n"
+    stages = " + ".join(f"{n.stem}_meta().stages" for n in names)
+    body += f"int main(void) {{ return {stages} - 8; }}\n"
     (tmp_path / "main.c").write_text(body)
     run(compiler("gcc"), *STRICT, "-o", "all", "main.c", *names, "-lm", cwd=tmp_path)
     run("./all", cwd=tmp_path)
@@ -125,7 +171,13 @@ def _generated_part(files: dict[str, str]) -> dict[str, str]:
     kept = {}
     for name, text in files.items():
         if RUNTIME_BEGIN in text:
-            text = text.split(RUNTIME_BEGIN)[0] + RUNTIME_BEGIN + "\n" + RUNTIME_END + text.split(RUNTIME_END)[1]
+            text = (
+                text.split(RUNTIME_BEGIN)[0]
+                + RUNTIME_BEGIN
+                + "\n"
+                + RUNTIME_END
+                + text.split(RUNTIME_END)[1]
+            )
         text = re.sub(r"(runtime +sha256 )[0-9a-f]{64}", r"\1-", text)
         text = re.sub(r'("?runtime_hash"?(?: =|:) ")[0-9a-f]{64}', r"\1-", text)
         kept[name] = text
@@ -151,7 +203,9 @@ def test_golden_steppers(make: Callable[[], sg.Model], request: pytest.FixtureRe
         for name, text in files.items():
             (folder / name).write_bytes(text.encode())
     stored = {p.name: p.read_text() for p in folder.iterdir()} if folder.is_dir() else {}
-    command = "if the change is intended run: pytest tests/test_generated_code.py --update-golden -n 0"
+    command = (
+        "if the change is intended run: pytest tests/test_generated_code.py --update-golden -n 0"
+    )
     assert set(stored) == set(files), command
     expected, found = _generated_part(stored), _generated_part(files)
     for name in files:
@@ -173,8 +227,16 @@ def test_same_bytes_for_any_hash_seed(tmp_path: Path) -> None:
     for seed in ("0", "1", "42"):
         target = tmp_path / seed
         env = os.environ | {"PYTHONHASHSEED": seed}
-        subprocess.run([sys.executable, "-c", code, str(target), str(ROOT / "tests")], env=env, check=True)
-        outputs.append({str(p.relative_to(target)): p.read_bytes() for p in sorted(target.rglob("*")) if p.is_file()})
+        subprocess.run(
+            [sys.executable, "-c", code, str(target), str(ROOT / "tests")], env=env, check=True
+        )
+        outputs.append(
+            {
+                str(p.relative_to(target)): p.read_bytes()
+                for p in sorted(target.rglob("*"))
+                if p.is_file()
+            }
+        )
     assert outputs[0] == outputs[1] == outputs[2]
     everything = b"".join(outputs[0].values())
     for forbidden in (str(tmp_path).encode(), str(ROOT).encode(), os.uname().nodename.encode()):
@@ -190,7 +252,9 @@ def test_temporaries_and_aliases_do_not_collide() -> None:
         w0=1.0, out=2.0, R=0.5, par=1.5, real=1.0, sin_q=0.1, u=0.2, i_fill=0.3
     )
     m.inputs("v w L")
-    m.lagrangian = w0 * dq**2 + out * dh**2 * (2 + sp.sin(q)) - R * sp.sin(q) * par - real * h * sin_q
+    m.lagrangian = (
+        w0 * dq**2 + out * dh**2 * (2 + sp.sin(q)) - R * sp.sin(q) * par - real * h * sin_q
+    )
     m.force([u * sp.sin(q) * m.u[0], i_fill * m.u[1] * m.u[2]])
     m.contact("default", g_N=h + 1, gamma_F=dq, mu=R)
     m.constraint("for", q - 0.1 * sp.sin(m.time) - h**2)

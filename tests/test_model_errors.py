@@ -4,16 +4,15 @@ from collections.abc import Callable
 
 import casadi as ca
 import pytest
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 from signorini.codegen.validate import freeze
 
 
 def base(symbols: str = "sympy") -> sg.Model:
     """A correct model for each case to spoil."""
     m = sg.Model("case", symbols=symbols)
-    x, y = m.coordinates("x y")
+    _x, y = m.coordinates("x y")
     vx, vy = m.velocities
     (mass,) = m.parameters(mass=1.0)
     m.inputs("u1")
@@ -300,7 +299,9 @@ def test_casadi_models_are_checked_too() -> None:
 def test_smooth_vouches(symbols: str) -> None:
     m = base(symbols)
     x = m.q[0]
-    bump = sp.Piecewise((x**3, x > 0), (0, True)) if symbols == "sympy" else ca.if_else(x > 0, x**3, 0)
+    bump = (
+        sp.Piecewise((x**3, x > 0), (0, True)) if symbols == "sympy" else ca.if_else(x > 0, x**3, 0)
+    )
     m.contact("c", g_N=m.q[1] + sg.smooth(bump))
     assert freeze(m).n_N == 1
 
@@ -316,7 +317,9 @@ def test_quaternion_with_plain_kinetic_energy_is_refused() -> None:
     m = sg.Model("spin")
     p = sp.Matrix(m.coordinates("p0 p1 p2 p3"))
     v = sp.Matrix(m.velocities)
-    H = sp.Matrix([[-p[1], p[0], p[3], -p[2]], [-p[2], -p[3], p[0], p[1]], [-p[3], p[2], -p[1], p[0]]])
+    H = sp.Matrix(
+        [[-p[1], p[0], p[3], -p[2]], [-p[2], -p[3], p[0], p[1]], [-p[3], p[2], -p[1], p[0]]]
+    )
     omega = 2 * H * v
     m.constraint("unit", p.dot(p) - 1)
     m.initial_state(q=[1, 0, 0, 0], v=[0, 1, 2, 3])

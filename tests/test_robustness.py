@@ -5,11 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from trap_models import rheonomic
-
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, slider_crank
 from signorini.runtime.stepper import _Run
+from trap_models import rheonomic
 
 Build = Callable[..., sg.Stepper]
 
@@ -88,9 +87,14 @@ def test_scratch_memory_carries_nothing(model: Callable[[], sg.Model], stepper: 
 
 LENGTH, MASS, INERTIA, ACCELERATION = (1, 0, 0), (0, 1, 0), (2, 1, 0), (1, 0, -2)
 UNITS = {
-    box.model: (dict(mass=MASS, a=LENGTH, b=LENGTH, grav=ACCELERATION), (1, 1, 0), 1e-2, 250),
+    box.model: (
+        {"mass": MASS, "a": LENGTH, "b": LENGTH, "grav": ACCELERATION},
+        (1, 1, 0),
+        1e-2,
+        250,
+    ),
     box_in_space.model: (
-        dict(mass=MASS, a=LENGTH, b=LENGTH, c=LENGTH, grav=ACCELERATION),
+        {"mass": MASS, "a": LENGTH, "b": LENGTH, "c": LENGTH, "grav": ACCELERATION},
         (1, 1, 1, 0, 0, 0, 0),
         1e-2,
         120,
@@ -99,12 +103,12 @@ UNITS = {
         dict.fromkeys(("l_1", "l_2", "a", "b", "d"), LENGTH)
         | dict.fromkeys(("m_1", "m_2", "m_3"), MASS)
         | dict.fromkeys(("J_1", "J_2", "J_3"), INERTIA)
-        | dict(grav=ACCELERATION),
+        | {"grav": ACCELERATION},
         (1, 1, 0) * 3,
         1e-4,
         600,
     ),
-    bouncing_ball.model: (dict(mass=MASS, R=LENGTH, grav=ACCELERATION), (1, 1, 0), 1e-2, 200),
+    bouncing_ball.model: ({"mass": MASS, "R": LENGTH, "grav": ACCELERATION}, (1, 1, 0), 1e-2, 200),
 }
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from trap_models import mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
-
 import signorini as sg
 from signorini.models import bouncing_ball, slider_crank, slope
+from trap_models import mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
 
 Build = Callable[..., sg.Stepper]
 
@@ -144,7 +143,9 @@ def test_a_generated_folder_needs_neither_sympy_nor_casadi(tmp_path: Path, stepp
         f"traj = sg.load({str(folder)!r}).simulate(t_end=0.5, dt=1e-2)\n"
         "print(traj.q[-1, 0].hex())\n"
     )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     expected = stepper(slope.model, 3).simulate(t_end=0.5, dt=1e-2).q[-1, 0].hex()
     assert result.stdout.strip() == expected
 
@@ -249,7 +250,7 @@ def test_velocity_constraints_of_the_start(stepper: Build) -> None:
 
 def test_a_failed_step_keeps_what_was_done(stepper: Build) -> None:
     m = sg.Model("blows_up", symbols="casadi")
-    (x,) = m.coordinates("x")
+    (_x,) = m.coordinates("x")
     (v,) = m.velocities
     m.lagrangian = 0.5 * v**2
     m.force([1 / (0.5 - m.time) ** 0.5])  # not a number after t = 0.5

@@ -4,11 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from trap_models import TRAPS, chain
-
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, slider_crank, slope
 from signorini.verify.reference import Reference, Step
+from trap_models import TRAPS, chain
 
 SMALL = (*TRAPS, bouncing_ball.model, slope.model, box.model)
 
@@ -19,7 +18,12 @@ def identify(value: object) -> str:
 
 
 def compare(
-    make: Callable[[], sg.Model], compiled: sg.Stepper, dt: float, n: int, own: int, active_set: str = "any_stage"
+    make: Callable[[], sg.Model],
+    compiled: sg.Stepper,
+    dt: float,
+    n: int,
+    own: int,
+    active_set: str = "any_stage",
 ) -> None:
     """Every step satisfies the reference's equations; some are solved again from a cold start."""
     reference = Reference(make(), compiled.stages, active_set)

@@ -1,9 +1,8 @@
 """Models built to catch faults: every feature of the front end in an inconvenient place."""
 
 import casadi as ca
-import sympy as sp
-
 import signorini as sg
+import sympy as sp
 
 
 def rheonomic() -> sg.Model:
@@ -27,7 +26,9 @@ def rheonomic() -> sg.Model:
     m.force([u1 - 0.1 * vx * vy, 0.2 * u2 * x, -0.3 * vz + u1 * sp.cos(t), -0.05 * w**3])
     m.force({"phi": u2 * sp.sin(phi)})
     m.constraint("link", z - a * sp.sin(phi) - sp.Rational(1, 10) * sp.sin(2 * t))
-    m.velocity_constraint("roll", vx - a * w * sp.cos(phi) - sp.Rational(1, 5) * sp.cos(t) * (1 + x))
+    m.velocity_constraint(
+        "roll", vx - a * w * sp.cos(phi) - sp.Rational(1, 5) * sp.cos(t) * (1 + x)
+    )
     m.contact(
         "table",
         g_N=y - sp.Rational(1, 10) * sp.sin(om * t) - sp.Rational(1, 20) * sp.cos(x),
@@ -69,7 +70,9 @@ def mixed_contacts() -> sg.Model:
     m.contact("wall", g_N=1 - x + 0.05 * y**2, gamma_F=vy + 0.2 * ca.cos(t), mu=2 * mu, e_N=0.1)
     m.contact("stop", g_N=s + 0.3 + 0.02 * t, e_N=e / 2)
     m.contact("ledge", g_N=z - 0.25, gamma_F=[vx, vy], mu=0.2, e_N=0, guard=y - 0.2)
-    m.friction("brake", gamma_F=vs - 0.5 * vx, bound=0.4 + 0.2 * ca.sin(t) + 0.1 * x**2 + 0.1 * push)
+    m.friction(
+        "brake", gamma_F=vs - 0.5 * vx, bound=0.4 + 0.2 * ca.sin(t) + 0.1 * x**2 + 0.1 * push
+    )
     m.friction("plate", gamma_F=[vx - 0.1, vy * ca.cos(x)], bound=0.2)
     m.initial_state(q=[0.1, 0.1, 0.6, 0.0], v=[0.8, 0.3, 0, -0.5])
     return m
@@ -89,7 +92,7 @@ def unconstrained() -> sg.Model:
 def only_constraints() -> sg.Model:
     """A Chaplygin sleigh on a driven rail: position and velocity constraints, no contact."""
     m = sg.Model("only_constraints", symbols="casadi")
-    x, y, th, b = m.coordinates("x y th b")
+    x, _y, th, b = m.coordinates("x y th b")
     vx, vy, om, vb = m.velocities
     t = m.time
     m.lagrangian = 0.5 * (vx**2 + vy**2) + 0.1 * om**2 + 0.2 * vb**2 + 0.05 * vb * om

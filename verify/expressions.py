@@ -13,7 +13,6 @@ import casadi as ca
 import mpmath as mp
 import numpy as np
 import sympy as sp
-
 from signorini.codegen.model import Model
 
 DIGITS = 50
@@ -146,7 +145,9 @@ class _SymPy:
         return np.array(values, dtype=object if self.high else float)
 
     def value(self, name: str, at: Any) -> Vector:
-        return self._array(self._call(name, self.rows[name], at)) if self.rows[name] else np.zeros(0)
+        return (
+            self._array(self._call(name, self.rows[name], at)) if self.rows[name] else np.zeros(0)
+        )
 
     def derivative(self, name: str, variable: str, at: Any) -> Vector:
         key = (name, variable)

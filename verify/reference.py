@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
-
 from signorini.codegen.model import Model
 from signorini.verify.expressions import Expressions
 
@@ -79,7 +78,15 @@ class Reference:
             slip += count
 
     def residual(
-        self, step: Step, t: float, q: Any, v: Any, u: Any, par: Any, h: float, r: np.ndarray | None = None
+        self,
+        step: Step,
+        t: float,
+        q: Any,
+        v: Any,
+        u: Any,
+        par: Any,
+        h: float,
+        r: np.ndarray | None = None,
     ) -> dict[str, np.ndarray]:
         """Every equation of the step, by name, at given unknowns.
 
@@ -96,7 +103,9 @@ class Reference:
         at = [(times[i], Q[i], step.V[i], u, par) for i in range(s)]
         start = (t, q, v, u, par)
         end = (t + h, Q[-1], step.v_end, u, par)
-        F = [h * e.L_q(*at[j]) + h * e.value("f", *at[j]) + e.W(*at[j]) @ step.R[j] for j in range(s)]
+        F = [
+            h * e.L_q(*at[j]) + h * e.value("f", *at[j]) + e.W(*at[j]) @ step.R[j] for j in range(s)
+        ]
         p_n = e.p(*start)
         momentum = [
             e.p(*at[i]) - p_n - sum(self.a_hat[i, j] * F[j] for j in range(s)) for i in range(s)
@@ -116,7 +125,15 @@ class Reference:
         }
 
     def _contact_laws(
-        self, step: Step, at: Any, start: Any, y: Any, end_rates: Any, start_rates: Any, h: float, r: Any
+        self,
+        step: Step,
+        at: Any,
+        start: Any,
+        y: Any,
+        end_rates: Any,
+        start_rates: Any,
+        h: float,
+        r: Any,
     ) -> tuple[list[float], list[np.ndarray]]:
         e, s = self.e, self.s
         normal, friction = [], []
@@ -140,13 +157,13 @@ class Reference:
             if n is None:
                 radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
             else:
-                active = exists and (any(is_closed) if self.active_set == "any_stage" else is_closed[-1])
+                active = exists and (
+                    any(is_closed) if self.active_set == "any_stage" else is_closed[-1]
+                )
                 xi = end_rates[n] + e_N[k] * start_rates[n]
                 normal.append(P[n] + min(r[n] * xi - P[n], 0) if active else P[n])
                 radius = mu[k] * max(P[n], 0.0) if active else 0.0
-            friction.append(
-                _friction(P[f], end_rates[f] + e_F[k] * start_rates[f], radius, r[f])
-            )
+            friction.append(_friction(P[f], end_rates[f] + e_F[k] * start_rates[f], radius, r[f]))
         return normal, friction
 
     def solve(
@@ -165,8 +182,7 @@ class Reference:
         # One r for stages and end; only the rate of convergence depends on it.
         r = m_eff
         x = self._pack(
-            start
-            or Step(np.tile(v, (self.s, 1)), v.copy(), np.zeros((self.s, self.n_R)))
+            start or Step(np.tile(v, (self.s, 1)), v.copy(), np.zeros((self.s, self.n_R)))
         )
 
         def residual(x: np.ndarray) -> np.ndarray:

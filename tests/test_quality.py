@@ -1,0 +1,98 @@
+"""Lint, format, types, structure: the habits of the project as tests."""
+
+import ast
+import importlib.util
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def run(*command: str) -> None:
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_lint() -> None:
+    run(sys.executable, "-m", "ruff", "check", ".")
+
+
+def test_format() -> None:
+    run(sys.executable, "-m", "ruff", "format", "--check", ".")
+
+
+def test_format_of_c() -> None:
+    files = [str(p) for p in sorted((ROOT / "runtime" / "c").iterdir())]
+    files += [str(p) for p in sorted((ROOT / "tests" / "c").glob("*.c"))]
+    import clang_format
+
+    binary = Path(clang_format.__file__).parent / "data" / "bin" / "clang-format"
+    run(str(binary), "--dry-run", "--Werror", *files)
+
+
+def test_types() -> None:
+    spec = importlib.util.spec_from_file_location("typing_tree", ROOT / "tools" / "typing_tree.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.make_tree()
+    run(sys.executable, "-m", "mypy", "-p", "signorini", "--python-version", "3.11")
+
+
+def test_packages_are_listed() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {p.parent.name for p in ROOT.glob("*/__init__.py")}
+    listed = {settings["package-dir"][name] for name in settings["packages"]}
+    assert listed == folders
+
+
+def imports(folder: str) -> set[str]:
+    """Sub-packages of signorini that a folder imports at any level."""
+    found = set()
+    for path in (ROOT / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("signorini."):
+                found.add((node.module or "").split(".")[1])
+    return found - {folder, "version"}
+
+
+@pytest.mark.parametrize(
+    ("folder", "allowed"),
+    [
+        ("codegen", set()),
+        ("runtime", set()),
+        ("verify", {"codegen", "runtime"}),
+        ("templates", set()),
+    ],
+)
+def test_dependencies_point_one_way(folder: str, allowed: set[str]) -> None:
+    assert imports(folder) <= allowed
+
+
+def test_the_reference_is_independent() -> None:
+    """It may read the user's declarations, nothing that derives, discretises or emits."""
+    for name in ("expressions", "reference"):
+        tree = ast.parse((ROOT / "verify" / f"{name}.py").read_text())
+        modules = {n.module for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module}
+        ours = {m for m in modules if m.startswith("signorini")}
+        assert ours <= {"signorini.codegen.model", "signorini.verify.expressions"}
+
+
+def test_no_machine_paths_in_tracked_files() -> None:
+    listing = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listing.returncode != 0:
+        pytest.skip("not a git checkout")
+    pattern = re.compile(r"/(home|root|work|Users)/")
+    for name in listing.stdout.split():
+        path = ROOT / name
+        if path.suffix in (".py", ".c", ".h", ".md", ".toml", ".jinja", ".json") and path.is_file():
+            hits = [x for x in path.read_text().splitlines() if pattern.search(x)]
+            assert not hits or name == "tests/test_quality.py", (name, hits[:2])
