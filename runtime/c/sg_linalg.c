@@ -188,6 +188,9 @@ static void sg_cod_solve(int n, int rank, const real *S, const int *perm, const 
 static void sg_cod_project(int n, int rank, const real *S, const int *perm, const real *tau_z,
                            real *work, real *y) {
     int k;
+    if (rank == n) {
+        return;
+    }
     for (k = 0; k < n; ++k) {
         work[k] = y[perm[k]];
     }
