@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from signorini.codegen import emit
+from signorini.codegen.errors import GenerationError
 from signorini.codegen.model import Model
 from signorini.codegen.spec import emit_spec
 from signorini.codegen.validate import freeze
@@ -17,6 +18,7 @@ def build(
     *,
     stages: int = 3,
     scheme: str = "lobatto",
+    velocity_constraints: str = "paper",
     prefix: str | None = None,
     precision: str = "double",
 ) -> Stepper:
@@ -30,6 +32,8 @@ def build(
         Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2.
     scheme : str
         "lobatto".
+    velocity_constraints : str
+        "paper": gamma = 0 holds at the stage velocities V^i, (51).
     prefix : str, optional
         Prefix of the C names; the model's name by default.
     precision : {"double", "float"}
@@ -48,7 +52,7 @@ def build(
     CompilerError
         If there is no C compiler or it fails.
     """
-    files = _render(model, stages, scheme, prefix, precision)
+    files = _render(model, stages, scheme, velocity_constraints, prefix, precision)
     folder = cache_folder(files)
     if not (folder / "manifest.json").is_file():
         emit.write(files, folder)
@@ -61,6 +65,7 @@ def generate(
     *,
     stages: int = 3,
     scheme: str = "lobatto",
+    velocity_constraints: str = "paper",
     prefix: str | None = None,
     precision: str = "double",
 ) -> Path:
@@ -72,7 +77,7 @@ def generate(
         The model.
     out_dir : path
         Folder to write; an earlier generation in it is replaced.
-    stages, scheme, prefix, precision
+    stages, scheme, velocity_constraints, prefix, precision
         As for `build`.
 
     Returns
@@ -85,12 +90,23 @@ def generate(
     ModelError, GenerationError
         Before anything is written.
     """
-    return emit.write(_render(model, stages, scheme, prefix, precision), out_dir)
+    return emit.write(
+        _render(model, stages, scheme, velocity_constraints, prefix, precision), out_dir
+    )
 
 
 def _render(
-    model: Model, stages: int, scheme: str, prefix: str | None, precision: str
+    model: Model,
+    stages: int,
+    scheme: str,
+    velocity_constraints: str,
+    prefix: str | None,
+    precision: str,
 ) -> dict[str, str]:
+    if velocity_constraints != "paper":
+        raise GenerationError(
+            f"velocity_constraints {velocity_constraints!r} is unknown; there is: paper"
+        )
     spec = emit_spec(
         freeze(model), stages=stages, scheme=scheme, prefix=prefix, precision=precision
     )

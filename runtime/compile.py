@@ -11,7 +11,7 @@ from pathlib import Path
 from platformdirs import user_cache_dir
 
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared")
-_LARGE = 60_000  # lines of C above which a lower optimisation level keeps compilation short
+_LARGE = 20_000  # lines of C above which a lower optimisation level keeps compilation short
 
 
 class CompilerError(RuntimeError):
