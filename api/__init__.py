@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from signorini.runtime.library import load
     from signorini.runtime.stepper import Stepper
     from signorini.runtime.trajectory import Trajectory
-    from signorini.workflow import build, generate
+    from signorini.verify.check import Report
+    from signorini.workflow import build, check, generate
 
 # Imported on first use: loading a stepper must not need the symbolic packages.
 _HOMES = {
@@ -29,6 +30,8 @@ _HOMES = {
     "smooth": "signorini.codegen.symbols",
     "build": "signorini.workflow",
     "generate": "signorini.workflow",
+    "check": "signorini.workflow",
+    "Report": "signorini.verify.check",
     "load": "signorini.runtime.library",
     "Stepper": "signorini.runtime.stepper",
     "Trajectory": "signorini.runtime.trajectory",
@@ -43,12 +46,14 @@ __all__ = [
     "InconsistentStartError",
     "Model",
     "ModelError",
+    "Report",
     "RunError",
     "StepError",
     "Stepper",
     "Trajectory",
     "__version__",
     "build",
+    "check",
     "generate",
     "load",
     "par",

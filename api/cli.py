@@ -148,6 +148,7 @@ def generate(
     out: Path | None = None,
     prefix: str | None = None,
     precision: Literal["double", "float"] = "double",
+    check: Path | None = None,
 ) -> None:
     """Write the C stepper of MODEL into a folder.
 
@@ -163,11 +164,21 @@ def generate(
         Prefix of the C names, by default the model's name.
     precision
         Real type of the generated C.
+    check
+        Write nothing; compare this generated folder with the model and show what differs.
     """
     from signorini.locate import find_model
+    from signorini.workflow import drift
     from signorini.workflow import generate as write
 
     chosen = find_model(model)
+    if check is not None:
+        difference = drift(chosen, check)
+        if difference:
+            sys.stdout.write(difference)
+            raise RunError(f"{check} has drifted from the model: generate it again")
+        Console().print(f"{check} is what the model generates", markup=False, highlight=False)
+        return
     folder = write(
         chosen,
         Path(f"{chosen.name}_c") if out is None else out,
@@ -186,6 +197,61 @@ def generate(
     console.print(
         f"build and run: make -C {folder} && {folder}/example", markup=False, highlight=False
     )
+
+
+@app.command
+def check(
+    model: str,
+    *,
+    stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
+    seed: int = 0,
+    sanitize: Switch = False,
+    json: Path | None = None,
+    junit: Path | None = None,
+) -> None:
+    """Prove that the C generated from MODEL is MODEL.
+
+    Compares every emitted function and derivative, residuals and Jacobians, single steps from drawn
+    states and a short run with an independent implementation. The exit status is 1 if anything
+    fails or a kind of motion of a contact was never seen.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    stages
+        Numbers of stages to check, by default 2 3 4.
+    seed
+        Seed of the random states.
+    sanitize
+        Also run the generated example under the compiler's sanitizers.
+    json
+        File for the report as JSON.
+    junit
+        File for the report as JUnit XML.
+    """
+    from signorini.locate import find_model
+    from signorini.workflow import check as compare
+
+    console = Console()
+    for path in (json, junit):
+        if path is not None and not path.resolve().parent.is_dir():
+            raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
+    chosen = find_model(model)
+    with console.status("comparing") as status:
+        report = compare(
+            chosen,
+            stages=stages or (2, 3, 4),
+            seed=seed,
+            sanitize=sanitize,
+            progress=lambda text: status.update(f"{chosen.name}: {text}"),
+        )
+    report.show(console)
+    for path, text in ((json, report.to_json), (junit, report.to_junit)):
+        if path is not None:
+            path.write_text(text() + "\n", encoding="utf-8")
+    if not report:
+        sys.exit(1)
 
 
 @app.command(name="list")

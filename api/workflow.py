@@ -1,6 +1,8 @@
 """The whole path: model -> C text -> compiled stepper."""
 
+import difflib
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from signorini.codegen import emit
@@ -9,8 +11,9 @@ from signorini.codegen.model import Model
 from signorini.codegen.spec import emit_spec
 from signorini.codegen.validate import freeze
 from signorini.runtime.compile import cache_folder
-from signorini.runtime.library import load
+from signorini.runtime.library import load, read_manifest
 from signorini.runtime.stepper import Stepper
+from signorini.verify.check import Checker, Report
 
 
 def build(
@@ -93,6 +96,92 @@ def generate(
     return emit.write(
         _render(model, stages, scheme, velocity_constraints, prefix, precision), out_dir
     )
+
+
+def check(
+    model: Model,
+    *,
+    stages: Sequence[int] = (2, 3, 4),
+    seed: int = 0,
+    sanitize: bool = False,
+    progress: Callable[[str], None] | None = None,
+) -> Report:
+    """Prove that the generated C is the model.
+
+    Every emitted function and derivative, both residuals and Jacobians, single steps from drawn
+    states and a short run are compared with an independent implementation in NumPy and mpmath.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    stages : sequence of int
+        Numbers of stages to check.
+    seed : int
+        Seed of the random states.
+    sanitize : bool
+        Also run the generated example under the compiler's sanitizers.
+    progress : callable (text), optional
+        Told what is being compared.
+
+    Returns
+    -------
+    Report
+        True in a condition if everything holds and every kind of motion of every contact was
+        seen.
+
+    Raises
+    ------
+    ModelError, GenerationError, CompilerError
+        As for `build`.
+    """
+    if not stages:
+        raise GenerationError("stages is empty: give at least one number of stages")
+    checker = Checker(model, lambda m, s: build(m, stages=s), seed, progress)
+    return checker.run(list(stages), sanitize)
+
+
+def drift(
+    model: Model,
+    folder: str | os.PathLike[str],
+    *,
+    stages: int | None = None,
+) -> str:
+    """Compare a generated folder with what the model generates now.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    folder : path
+        A generated folder; its prefix, precision and, unless given, its stages are used.
+
+    Returns
+    -------
+    str
+        A unified diff, empty if the folder is up to date.
+    """
+    target = Path(folder)
+    about = read_manifest(target)
+    files = _render(
+        model,
+        about["stages"] if stages is None else stages,
+        about["scheme"],
+        "paper",
+        about["prefix"],
+        about["precision"],
+    )
+    lines: list[str] = []
+    for name, text in files.items():
+        path = target / name
+        old = path.read_text(encoding="utf-8") if path.is_file() else ""
+        lines += difflib.unified_diff(
+            old.splitlines(keepends=True),
+            text.splitlines(keepends=True),
+            f"{target / name}",
+            f"{name} generated now",
+        )
+    return "".join(lines)
 
 
 def _render(

@@ -55,7 +55,7 @@ class Library:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.manifest = _read_manifest(folder)
+        self.manifest = read_manifest(folder)
         m = self.manifest
         self.prefix: str = m["prefix"]
         self.sizes: dict[str, int] = m["sizes"]
@@ -176,7 +176,8 @@ class Library:
         return values.ctypes.data_as(ctypes.POINTER(self.real))
 
 
-def _read_manifest(folder: Path) -> dict[str, Any]:
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Read what a generated folder says of itself; `RunError` if it is none."""
     path = folder / "manifest.json"
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))

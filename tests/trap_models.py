@@ -8,8 +8,8 @@ import sympy as sp
 def rheonomic() -> sg.Model:
     """Time in L, f, g, gamma, g_N, gamma_F, bound; chi != 0 everywhere; L not separable."""
     m = sg.Model("rheonomic")
-    x, y, z, phi = m.coordinates("x y z phi")
-    vx, vy, vz, w = m.velocities
+    x, y, z, phi, psi = m.coordinates("x y z phi psi")
+    vx, vy, vz, w, wp = m.velocities
     t = m.time
     m1, k, a, mu, e_N, e_F, om = m.parameters(
         m1=1.3, k=2.0, a=0.4, mu=0.35, e_N=0.3, e_F=0.2, om=1.7
@@ -18,12 +18,14 @@ def rheonomic() -> sg.Model:
     m.lagrangian = (
         m1 / 2 * (vx**2 + vy**2 + vz**2) * (1 + sp.Rational(1, 5) * sp.sin(x) * sp.cos(t))
         + a**2 / 2 * w**2 * (2 + sp.cos(phi))
+        + wp**2 / 5
+        + wp * w / 10 * sp.cos(psi - t)
         + sp.Rational(1, 3) * vx * w * sp.cos(phi + t)
         + vy * x * sp.sin(om * t)
         - m1 * 9.81 * y
         - k / 2 * (z - sp.sin(t)) ** 2
     )
-    m.force([u1 - 0.1 * vx * vy, 0.2 * u2 * x, -0.3 * vz + u1 * sp.cos(t), -0.05 * w**3])
+    m.force([u1 - 0.1 * vx * vy, 0.2 * u2 * x, -0.3 * vz + u1 * sp.cos(t), -0.05 * w**3, u2 / 9])
     m.force({"phi": u2 * sp.sin(phi)})
     m.constraint("link", z - a * sp.sin(phi) - sp.Rational(1, 10) * sp.sin(2 * t))
     m.velocity_constraint(
@@ -32,19 +34,20 @@ def rheonomic() -> sg.Model:
     m.contact(
         "table",
         g_N=y - sp.Rational(1, 10) * sp.sin(om * t) - sp.Rational(1, 20) * sp.cos(x),
-        gamma_F=[vx + a * w - sp.Rational(1, 2) * sp.cos(t), vz * (1 + x**2) + sp.sin(t)],
+        gamma_F=[vx + a * w - sp.Rational(1, 2) * sp.cos(t), vz * (1 + x**2) + wp / 4 + sp.sin(t)],
         mu=mu,
         e_N=e_N,
         e_F=e_F,
     )
     m.output("height", y + u1 * sp.Abs(x))
     m.initial_state(
-        q=[0.1, 0.6, a * sp.sin(0.2), 0.2],
+        q=[0.1, 0.6, a * sp.sin(0.2), 0.2, 0.4],
         v=[
             a * 0.5 * sp.cos(0.2) + sp.Rational(1, 5) * sp.Rational(11, 10),
             -0.4,
             a * sp.cos(0.2) * 0.5 + sp.Rational(1, 5),
             0.5,
+            -0.7,
         ],
     )
     return m

@@ -50,10 +50,14 @@ class Reference:
         Number of stages.
     active_set : {"any_stage", "end"}
         Rule for the contacts that take part in the impact equations.
+    high : bool
+        Evaluate the smooth rows with 50 digits.
     """
 
-    def __init__(self, model: Model, stages: int, active_set: str = "any_stage") -> None:
-        self.e = Expressions(model)
+    def __init__(
+        self, model: Model, stages: int, active_set: str = "any_stage", high: bool = False
+    ) -> None:
+        self.e = Expressions(model, high)
         self.s = stages
         self.c, self.b, self.a, self.a_hat = coefficients(stages)
         self.active_set = active_set
@@ -96,8 +100,33 @@ class Reference:
             ``momentum`` (47b), ``end`` (47d), ``bilateral`` (47f), (51) with their end conditions
             (48), ``normal`` and ``friction`` the prox equations (66), (69).
         """
-        e, s = self.e, self.s
         r = np.ones(self.n_R) if r is None else r
+        start = (t, q, v, u, par)
+        momentum, final, y, end_rates, at = self.smooth(step, t, q, v, u, par, h)
+        start_rates = self.e.y_dot(*start)
+        bilateral = [y[i][: self.n_bilateral] for i in range(1, self.s)]
+        bilateral.append(end_rates[: self.n_bilateral])
+        normal, friction = self._contact_laws(step, at, start, y, end_rates, start_rates, h, r)
+        return {
+            "momentum": np.concatenate(momentum),
+            "end": final,
+            "bilateral": np.concatenate(bilateral) if bilateral else np.zeros(0),
+            "normal": np.array(normal, dtype=float),
+            "friction": np.concatenate([np.zeros(0), *friction]),
+        }
+
+    def smooth(
+        self, step: Step, t: Any, q: Any, v: Any, u: Any, par: Any, h: Any
+    ) -> tuple[list[np.ndarray], np.ndarray, list[np.ndarray], np.ndarray, list[Any]]:
+        """Momentum rows (47b) of every stage, (47d), kinematics at the stages and at the end.
+
+        Returns
+        -------
+        tuple
+            momentum rows, end row, (g, gamma, g_N, gamma_F) at every stage, their velocities at
+            the end, and the arguments of every stage.
+        """
+        e, s = self.e, self.s
         times = [t + c * h for c in self.c]
         Q = [q + h * (self.a[i] @ step.V) for i in range(s)]
         at = [(times[i], Q[i], step.V[i], u, par) for i in range(s)]
@@ -111,18 +140,7 @@ class Reference:
             e.p(*at[i]) - p_n - sum(self.a_hat[i, j] * F[j] for j in range(s)) for i in range(s)
         ]
         final = e.p(*end) - p_n - sum(self.b[j] * F[j] for j in range(s))
-        y = [e.y(*at[i]) for i in range(s)]
-        bilateral = [y[i][: self.n_bilateral] for i in range(1, s)]
-        end_rates, start_rates = e.y_dot(*end), e.y_dot(*start)
-        bilateral.append(end_rates[: self.n_bilateral])
-        normal, friction = self._contact_laws(step, at, start, y, end_rates, start_rates, h, r)
-        return {
-            "momentum": np.concatenate(momentum),
-            "end": final,
-            "bilateral": np.concatenate(bilateral) if bilateral else np.zeros(0),
-            "normal": np.array(normal, dtype=float),
-            "friction": np.concatenate([np.zeros(0), *friction]),
-        }
+        return momentum, final, [e.y(*at[i]) for i in range(s)], e.y_dot(*end), at
 
     def _contact_laws(
         self,

@@ -157,6 +157,39 @@ static real sg_phi_change(const SG(work) * w, const sg_problem *pr, int index, c
     }
 }
 
+/* Right-hand side and matrix S of the reduced system, by columns, in scaled percussions. */
+static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
+    int a, b, i;
+    for (a = 0; a < n; ++a) {
+        const int row = w->reduced[a];
+        w->rhs[a] = -(w->phi[row] + sg_phi_change(w, pr, row, w->dx, -1)) / w->root_scale[a];
+        for (b = 0; b < n; ++b) {
+            const real *Z = &w->Z[b * pr->n_x];
+            for (i = 0; i < pr->n_x; ++i) {
+                w->scratch[i] = -Z[i];
+            }
+            w->S[b * n + a] = sg_phi_change(w, pr, row, w->scratch, w->reduced[b]) *
+                              (w->root_scale[b] / w->root_scale[a]);
+        }
+    }
+}
+
+/* 1 if the part of the right-hand side that dependent rows cannot reach matters. */
+static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int n, int rank) {
+    real scale = SG_C(0.0);
+    int a;
+    for (a = 0; a < n; ++a) {
+        const int c = w->reduced[a] % SG_ROWS;
+        scale = sg_max(scale, w->percussion_scale[c] / w->root_scale[a]);
+    }
+    for (a = rank; a < n; ++a) {
+        if (SG_FABS(w->rhs[a]) > sg_max(opt->tol, SG_FLOOR) * scale) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 /* Factorise the smooth block and reduce to the percussions that are not zero. Returns their
    number, or -1 if the smooth block is singular. */
 static int sg_reduce(SG(work) * w, int problem) {
@@ -165,7 +198,7 @@ static int sg_reduce(SG(work) * w, int problem) {
     const int n_lambda = pr->n_slots * SG_NC;
     real *lambda = &w->lambda[pr->lambda];
     int n = 0;
-    int i, k, a, b;
+    int i, k;
     for (i = 0; i < n_x; ++i) {
         w->dx[i] = -w->r[i];
         w->pivot_scale[i] = w->root_inertia[i % SG_NQ];
@@ -193,23 +226,14 @@ static int sg_reduce(SG(work) * w, int problem) {
         }
     }
     sg_lu_solve(n_x, w->A, w->A_pivot, w->dx);
-    for (a = 0; a < n; ++a) {
-        const int row = w->reduced[a];
-        w->rhs[a] = -(w->phi[row] + sg_phi_change(w, pr, row, w->dx, -1)) / w->root_scale[a];
-        for (b = 0; b < n; ++b) {
-            const real *Z = &w->Z[b * n_x];
-            for (i = 0; i < n_x; ++i) {
-                w->scratch[i] = -Z[i];
-            }
-            w->S[b * n + a] = sg_phi_change(w, pr, row, w->scratch, w->reduced[b]) *
-                              (w->root_scale[b] / w->root_scale[a]);
-        }
-    }
+    sg_percussion_system(w, pr, n);
     return n;
 }
 
-/* One Newton direction in w->dx, w->dlambda. Returns the rank deficiency or -1. */
-static int sg_newton_direction(SG(work) * w, int problem) {
+/* One Newton direction in w->dx, w->dlambda. Returns the rank deficiency or -1. `soft`: where
+   dependent contact rows contradict each other (one contact sticks, another wants to move it), a
+   small compliance lets their percussions grow until one of them gives way. */
+static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int problem, int soft) {
     const sg_problem *pr = &sg_problems[problem];
     const int n = sg_reduce(w, problem);
     int rank, a, i;
@@ -218,6 +242,16 @@ static int sg_newton_direction(SG(work) * w, int problem) {
     }
     rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
     sg_cod_solve(n, rank, w->S, w->perm, w->tau, w->tau_z, w->rhs, w->scratch, w->solution);
+    if (soft && rank < n && sg_is_contradictory(w, opt, n, rank)) {
+        sg_percussion_system(w, pr, n);
+        for (a = 0; a < n; ++a) {
+            if (w->reduced[a] % SG_ROWS >= SG_NORMAL) {
+                w->S[a * n + a] += SG_SOFTNESS;
+            }
+        }
+        rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
+        sg_cod_solve(n, rank, w->S, w->perm, w->tau, w->tau_z, w->rhs, w->scratch, w->solution);
+    }
     for (a = 0; a < n; ++a) {
         const real change = w->solution[a] * w->root_scale[a];
         w->dlambda[w->reduced[a]] = change;
@@ -300,7 +334,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         seen[iteration % 4] = now;
         past[iteration % 4] = *measure;
         SG(derivatives)(w, par, problem);
-        deficiency = sg_newton_direction(w, problem);
+        deficiency = sg_newton_direction(w, opt, problem, damped);
         ++*iterations;
         if (deficiency < 0) {
             return SG_K(SINGULAR);

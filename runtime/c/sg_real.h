@@ -8,11 +8,12 @@ typedef SG(real) real;
 #define SG_SQRT(x) sqrtf(x)
 #define SG_FABS(x) fabsf(x)
 #define SG_TOLERANCE (64.0F * FLT_EPSILON) /* default of options.tol */
-#define SG_STAGNATION                                                                         \
-    (4096.0F * FLT_EPSILON)               /* worst residual that a stalled iteration may keep \
-                                           */
-#define SG_CHECK (16384.0F * FLT_EPSILON) /* worst residual that the checker accepts */
-#define SG_RANK (512.0F * FLT_EPSILON)    /* relative pivot below which rows are dependent */
+#define SG_STAGNATION                                                                          \
+    (4096.0F * FLT_EPSILON)                /* worst residual that a stalled iteration may keep \
+                                            */
+#define SG_CHECK (16384.0F * FLT_EPSILON)  /* worst residual that the checker accepts */
+#define SG_RANK (512.0F * FLT_EPSILON)     /* relative pivot below which rows are dependent */
+#define SG_SOFTNESS (256.0F * FLT_EPSILON) /* relative compliance of contradictory contacts */
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
@@ -23,6 +24,7 @@ typedef SG(real) real;
 #define SG_STAGNATION (67108864.0 * DBL_EPSILON)
 #define SG_CHECK (268435456.0 * DBL_EPSILON)
 #define SG_RANK (1048576.0 * DBL_EPSILON)
+#define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a
