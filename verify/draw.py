@@ -63,7 +63,7 @@ class Drawer:
             q, v = stepper.project(q, v, t, parameters)
         except (RunError, np.linalg.LinAlgError):
             return None
-        if not np.all(np.isfinite(q)) or np.max(np.abs(v), initial=0) > 1e3 * self.speed:
+        if not np.all(np.isfinite(q)) or np.max(np.abs(v), initial=0) > 50 * self.speed:
             return None
         return State(t, q, v, u, parameters, dt)
 

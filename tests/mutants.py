@@ -1,0 +1,108 @@
+"""Planted faults: one text change each, applied to derivation, scheme, printing or C runtime.
+
+Each entry is (what is wrong, file, old text, new text). The old text must occur in the file; its
+first occurrence is replaced.
+"""
+
+from typing import NamedTuple
+
+
+class Mutant(NamedTuple):
+    """One planted fault."""
+
+    fault: str
+    file: str
+    old: str
+    new: str
+
+
+D, L, G, P = "codegen/derive.py", "codegen/lobatto.py", "codegen/graph.py", "codegen/cprint.py"
+T, C, S = "codegen/tableau.py", "codegen/sympy_to_casadi.py", "codegen/spec.py"
+NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
+STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
+PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
+
+MUTANTS: tuple[Mutant, ...] = (
+    # derivation
+    Mutant("g_dot without dg/dt", D, 'return self["g_q"] @ self.data.v + self["chi_g"]', 'return self["g_q"] @ self.data.v'),
+    Mutant("g_N_dot without dg_N/dt", D, 'return self["g_N_q"] @ self.data.v + self["chi_N"]', 'return self["g_N_q"] @ self.data.v'),
+    Mutant("energy with the sign of L flipped", D, "ca.dot(self[\"p\"], self.data.v) - self.data.L", "ca.dot(self[\"p\"], self.data.v) + self.data.L"),
+    Mutant("F without f", D, 'self.h * (self["L_q"] + self["f"]) + self["WR"]', 'self.h * self["L_q"] + self["WR"]'),
+    Mutant("F with -f", D, 'self.h * (self["L_q"] + self["f"])', 'self.h * (self["L_q"] - self["f"])'),
+    Mutant("F without h on f", D, 'self.h * (self["L_q"] + self["f"])', '(self.h * self["L_q"] + self["f"])'),
+    Mutant("F with -W R", D, '+ self["WR"]', '- self["WR"]'),
+    Mutant("W without W_gamma", D, 'self["W_g"], self["W_gamma"], self["W_N"]', 'self["W_g"], 0 * self["W_gamma"], self["W_N"]'),
+    Mutant("W_N with its sign flipped", D, 'def _W_N(self) -> ca.SX:\n        return self["g_N_q"].T', 'def _W_N(self) -> ca.SX:\n        return -self["g_N_q"].T'),
+    Mutant("radius of friction elements without h", D, "[self.h * ca.if_else(bound[k] > 0, bound[k], 0)", "[ca.if_else(bound[k] > 0, bound[k], 0)"),
+    Mutant("a negative bound is not cut off", D, "ca.if_else(bound[k] > 0, bound[k], 0)", "ca.fabs(bound[k])"),
+    Mutant("guard ignored", D, "ca.SX(0) if c.guard is None else c.guard", "ca.SX(0)"),
+    Mutant("e_F in place of e_N", D, "return self._column([c.e_N for c in self.data.contacts])", "return self._column([c.e_F for c in self.data.contacts])"),
+    # scheme
+    Mutant("plus sum in the momentum rows, the paper's misprint", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i + self.a_hat(i, j) * self.at(j, "F")'),
+    Mutant("a for a_hat in the momentum rows", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a(i, j) * self.at(j, "F")'),
+    Mutant("a_hat transposed", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a_hat(j, i) * self.at(j, "F")'),
+    Mutant("a_hat for a in the positions", L, "rate += self.a(i, j) * self.x", "rate += self.a_hat(i, j) * self.x"),
+    Mutant("t_n for t^i, the paper's misprint", L, '(_time(self.tableau.c[i]), q, v, "w->u"', '("w->t", q, v, "w->u"'),
+    Mutant("start time at the end of the step", L, 'Call(point.name, ("w->t + w->h", q, v, "par")', 'Call(point.name, ("w->t", q, v, "par")'),
+    Mutant("stage kinematics one stage early", L, "y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]", "y += [ca.densify(self.at(i - 1, name)) for name in _STAGE_ROWS]"),
+    Mutant("radius of the stage of the slip", L, 'radius.append(ca.densify(self.at(i - 1, "rho")))', 'radius.append(ca.densify(self.at(i, "rho")))'),
+    Mutant("last stage left out of the end row", L, 'r = r - self.b(s - 1) * self.at(s - 1, "F")', 'r = r - 0 * self.at(s - 1, "F")'),
+    Mutant("percussions of inner stages counted twice", L, "last = last - self.b(j) * self.R(j)\n        # b_s", "last = last + self.b(j) * self.R(j)\n        # b_s"),
+    Mutant("b_0 for b_j in the end row", L, 'r = r - self.b(j) * self.at(j, "F")', 'r = r - self.b(0) * self.at(j, "F")'),
+    Mutant("restitution with the sign flipped", L, "xi_N.append(e_N * g_N_dot[normal])", "xi_N.append(-e_N * g_N_dot[normal])"),
+    Mutant("e_N squared", L, "xi_N.append(e_N * g_N_dot[normal])", "xi_N.append(e_N * e_N * g_N_dot[normal])"),
+    Mutant("e_F left out", L, "xi_F += [e_F * gamma_F[first + j]", "xi_F += [0 * e_F * gamma_F[first + j]"),
+    Mutant("restitution of the wrong slip row", L, "xi_F += [e_F * gamma_F[first + j]", "xi_F += [e_F * gamma_F[first]"),
+    Mutant("dp/dq left out of A", L, 'block = self.h * self.a(i, k) * self.at(i, "p_q")', 'block = 0 * self.h * self.a(i, k) * self.at(i, "p_q")'),
+    Mutant("dF/dv left out of A", L, 'return value + self.at(j, "F_v") if j == k else value', "return value"),
+    Mutant("dF/dq with half weight", L, 'value = self.h * self.a(j, k) * self.at(j, "F_q")', 'value = self.h * self.a(j, k) * self.at(j, "F_q") / 2'),
+    Mutant("sign of B", L, "B = [[-self.a_hat(i, j) * W[j]", "B = [[self.a_hat(i, j) * W[j]"),
+    Mutant("dgamma/dq left out of C", L, 'gamma = ha * self.at(i, "gamma_q")', 'gamma = 0 * ha * self.at(i, "gamma_q")'),
+    Mutant("dgamma_F/dq left out of C", L, 'gamma_F = ha * self.at(i, "gamma_F_q")', 'gamma_F = 0 * ha * self.at(i, "gamma_F_q")'),
+    Mutant("radius of the whole step with equal weights", L, 'radius += self.b(j) * ca.densify(self.at(j, "rho"))', 'radius += ca.densify(self.at(j, "rho")) / s'),
+    Mutant("R^s with b_0", L, "last / self.b(self.s - 1)", "last / self.b(0) * 0.5"),
+    # tableau
+    Mutant("a_hat without the factor b_j/b_i", T, "b[j] - b[j] * a[j][i] / b[i]", "b[j] - a[j][i]"),
+    Mutant("nodes on [-1, 1]", T, "(mp.re(x) + 1) / 2", "mp.re(x)"),
+    Mutant("integral off by one", T, "p * x ** (k + 1) / (k + 1)", "p * x ** (k + 1) / (k + 2)"),
+    # translation and printing
+    Mutant("negative rational factor loses its sign", C, "return value if sign > 0 else -value", "return value"),
+    Mutant("half powers off by one", C, "whole = magnitude.p // 2", "whole = magnitude.p // 2 + 1"),
+    Mutant("negative powers not inverted", C, "return value if exponent > 0 else 1 / value", "return value"),
+    Mutant("strict for weak inequality swapped", C, "sp.StrictGreaterThan: lambda a, b: b < a", "sp.StrictGreaterThan: lambda a, b: a < b"),
+    Mutant("Piecewise branches swapped", C, "ca.if_else(condition, branch, value)", "ca.if_else(condition, value, branch)"),
+    Mutant("-(x - y) printed as x - y", G, 'return self._binary("-", node.args[1], node.args[0])', 'return self._binary("-", node.args[0], node.args[1])'),
+    Mutant("x + (-y) becomes x + y", G, 'if nb.op == "neg":\n                return self._binary("-", a, nb.args[0])', 'if nb.op == "neg":\n                return self._binary("+", a, nb.args[0])'),
+    Mutant("cos treated as odd", G, '"cos", "cosh", "fabs"', '"cosh", "fabs"'),
+    Mutant("powers of two lost in quotients", G, 'c = c_a * c_b if op == "*" else c_a / c_b', "c = c_a * c_b"),
+    Mutant("parentheses of a difference lost", P, 'return f"{left} {op} {self._value(node.args[1], 5)}", 4', 'return f"{left} {op} {self._value(node.args[1], 4)}", 4'),
+    Mutant("parentheses of a quotient lost", P, 'return f"{left} {op} {self._value(node.args[1], 6)}", 5', 'return f"{left} {op} {self._value(node.args[1], 5)}", 5'),
+    Mutant("numbers with six digits", P, "text = repr(float(value))", 'text = f"{float(value):.6g}"'),
+    # C runtime
+    Mutant("closed contacts count as open", PROX, "return z <= band;", "return z < -band;"),
+    Mutant("ball of twice the radius", PROX, "if (size <= radius + band)", "if (size <= 2 * radius + band)"),
+    Mutant("friction along the slip", NEWTON, "w->phi[f + d] = lambda[f + d] + radius * w->slip[f + d];", "w->phi[f + d] = lambda[f + d] - radius * w->slip[f + d];"),
+    Mutant("radius from a negative percussion", NEWTON, "radius = w->mu[k] * sg_max(lambda[n], SG_C(0.0));", "radius = w->mu[k] * lambda[n];"),
+    Mutant("radius with mu of another contact", NEWTON, "radius = w->mu[k] * sg_max(lambda[n]", "radius = w->mu[0] * sg_max(lambda[n]"),
+    Mutant("a tolerance that never fires", NEWTON, "if (!(*measure < SG_HUGE)) {", "*measure = SG_C(0.0);\n        if (!(*measure < SG_HUGE)) {"),
+    Mutant("open contacts keep their percussion", NEWTON, "w->dlambda[k] = -lambda[k];", "w->dlambda[k] = SG_C(0.0);"),
+    Mutant("the step of Newton has the wrong sign", NEWTON, "w->dx[i] = -w->r[i];", "w->dx[i] = w->r[i];"),
+    Mutant("the prox of the velocity problem uses inactive contacts", NEWTON, "(pr->follows && contact->normal >= 0 && !w->active[k])", "0"),
+    Mutant("the guard is not looked at", STEP, "w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);", "w->exists[k] = 1;"),
+    Mutant("the guard's sign", STEP, "w->guard[k] >= SG_C(0.0);", "w->guard[k] < SG_C(0.0);"),
+    Mutant("only the first stage decides on activity", STEP, "if (last || opt->active_set", "if (slot == 0 || opt->active_set"),
+    Mutant("a failed step moves the state", STEP, "info->status = status;\n            return status;", "info->status = status;\n            *s = w->trial;\n            s->t += h;\n            return status;"),
+    Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
+    Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->lambda", "info->P[j] = SG_C(0.5) * w->lambda"),
+    Mutant("stale inputs", STEP, "w->u[j] = u[j];", "w->u[j] = u[0];"),
+    Mutant("warm start for another step size", STEP, "s->v);\n    SG(start)(w, par);", "s->q);\n    SG(start)(w, par);"),
+    Mutant("scales that depend on units", SCALE, "w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);", "w->root_inertia[j] = SG_C(1.0) + w->inertia[j];"),
+    Mutant("no least norm", SOLVE, "if (status == SG_K(OK) && w->deficiency > 0) {", "if (0) {"),
+    Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
+    Mutant("no pivoting", LINALG, "if (size > best) {", "if (best < SG_C(0.0)) {"),
+    Mutant("the checker accepts everything", CHECK, "return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end);", "return 1;"),
+    Mutant("the checker does not look at friction", CHECK, "return sg_small(bound * slip + power,", "return 1 || sg_small(bound * slip + power,"),
+    Mutant("the checker misses skipped impacts", CHECK, "if ((must && !w->active[k]) ||", "if ("),
+    Mutant("penetration at the start is accepted", SIMULATE, "if (at.position[n] < SG_C(0.0) &&", "if (0 &&"),
+    Mutant("records shifted by a row", SIMULATE, "*done / every - 1, s, w, info", "*done / every, s, w, info"),
+)  # fmt: skip

@@ -1,0 +1,133 @@
+"""Would our own tests notice? Every planted fault of `mutants.MUTANTS` must be caught.
+
+``pytest tests/test_mutants.py -m slow`` takes about a quarter of an hour and writes
+docs/mutants.md.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from mutants import MUTANTS, Mutant
+
+ROOT = Path(__file__).resolve().parent.parent
+# Fast and broad first; the first group that fails has caught the fault.
+CATCHERS = (
+    ("units of C, tableaux", "tests/test_tableau.py tests/test_c_units.py", ""),
+    (
+        "functions against 50 digits",
+        "tests/test_functions.py",
+        "rheonomic or mixed or traps_of_printing",
+    ),
+    (
+        "Jacobians and steps against the reference",
+        "tests/test_steps.py",
+        "(rheonomic or mixed or sticking or only_constraints or unconstrained) and not 5 and not 4",
+    ),
+    (
+        "benchmarks and robustness",
+        "tests/test_benchmarks.py tests/test_robustness.py",
+        "(ball or equal or units or scratch or any_mass or pushed) and not 5 and not 4",
+    ),
+    ("runs", "tests/test_runs.py", "not neither"),
+    (
+        "steps with four and five stages",
+        "tests/test_steps.py",
+        "(bouncing or rheonomic) and (4 or 5)",
+    ),
+)
+
+
+def test_every_old_text_is_there() -> None:
+    assert len(MUTANTS) >= 60
+    for m in MUTANTS:
+        assert m.old in (ROOT / m.file).read_text(), m
+    assert len({m.fault for m in MUTANTS}) == len(MUTANTS)
+
+
+def plant(m: Mutant, folder: Path) -> dict[str, str]:
+    """A copy of the project with one fault; returns the environment to run it in."""
+    for part in (
+        "api",
+        "codegen",
+        "models",
+        "runtime",
+        "templates",
+        "verify",
+        "tests",
+        "generated",
+    ):
+        shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+    for part in ("constraints.txt", "pyproject.toml"):
+        shutil.copy(ROOT / part, folder / part)
+    path = folder / m.file
+    path.write_text(path.read_text().replace(m.old, m.new, 1))
+    package = folder / "build" / "signorini"
+    package.mkdir(parents=True)
+    for source in (folder / "api").iterdir():
+        (package / source.name).symlink_to(source)
+    for part in ("codegen", "models", "runtime", "templates", "verify"):
+        (package / part).symlink_to(folder / part)
+    return os.environ | {
+        "PYTHONPATH": str(package.parent),
+        "SIGNORINI_CACHE": str(folder / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+
+
+def catcher(m: Mutant, folder: Path) -> str:
+    """Name of the test that catches a fault, or ''."""
+    environment = plant(m, folder)
+    for name, files, keyword in CATCHERS:
+        selection = ["-k", keyword] if keyword else []
+        try:
+            result = subprocess.run(
+                [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", *files.split(), *selection],
+                cwd=folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=False,
+                timeout=400,
+            )
+        except subprocess.TimeoutExpired:
+            return f"{name}: does not end"
+        if result.returncode == 1:
+            failed = re.search(r"^FAILED (\S+)", result.stdout, re.MULTILINE)
+            return f"{name}: {failed[1].split('::')[-1] if failed else 'failed'}"
+        if result.returncode != 0:
+            return f"{name}: does not start"
+    return ""
+
+
+@pytest.mark.slow
+def test_every_fault_is_caught(tmp_path: Path) -> None:
+    def one(k: int) -> str:
+        folder = tmp_path / str(k)
+        found = catcher(MUTANTS[k], folder)
+        shutil.rmtree(folder, ignore_errors=True)
+        return found
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        found = list(pool.map(one, range(len(MUTANTS))))
+    lines = [
+        "# Planted faults and what catches them",
+        "",
+        "Written by `pytest tests/test_mutants.py -m slow`: each fault is one change of text in a",
+        "copy of the project; the first test that fails has caught it.",
+        "",
+        "| fault | file | caught by |",
+        "|---|---|---|",
+        *(
+            f"| {m.fault} | `{m.file}` | {by or '**nothing**'} |"
+            for m, by in zip(MUTANTS, found, strict=True)
+        ),
+    ]
+    (ROOT / "docs" / "mutants.md").write_text("\n".join(lines) + "\n")
+    alive = [m.fault for m, by in zip(MUTANTS, found, strict=True) if not by]
+    assert not alive
