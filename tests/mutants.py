@@ -95,7 +95,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
     Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->lambda", "info->P[j] = SG_C(0.5) * w->lambda"),
     Mutant("stale inputs", STEP, "w->u[j] = u[j];", "w->u[j] = u[0];"),
-    Mutant("warm start for another step size", STEP, "s->v);\n    SG(start)(w, par);", "s->q);\n    SG(start)(w, par);"),
+    Mutant("the velocity does not advance", STEP, "sg_copy(SG_NQ, w->v_end, s->v);", "sg_copy(SG_NQ, w->v, s->v);"),
     Mutant("scales that depend on units", SCALE, "w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);", "w->root_inertia[j] = SG_C(1.0) + w->inertia[j];"),
     Mutant("no least norm", SOLVE, "if (status == SG_K(OK) && w->deficiency > 0) {", "if (0) {"),
     Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
