@@ -107,6 +107,8 @@ def run(
     for path in (out, plot):
         if path is not None and not path.resolve().parent.is_dir():
             raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
+        if path is not None and path.is_dir():
+            raise RunError(f"{path} is a folder: give a file name")
     if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise RunError(f"--plot {plot}: give a name that ends in .png, .pdf or .svg")
     parameters = _pairs("--set", set)

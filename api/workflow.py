@@ -137,6 +137,7 @@ def check(
     """
     if not stages:
         raise GenerationError("stages is empty: give at least one number of stages")
+    freeze(model)
     checker = Checker(model, lambda m, s: build(m, stages=s), seed, progress)
     return checker.run(list(stages), sanitize)
 

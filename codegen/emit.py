@@ -65,6 +65,8 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
     GenerationError
         If the folder holds other things than generated files, or cannot be written.
     """
+    if not isinstance(out_dir, (str, os.PathLike)) or "\0" in os.fspath(out_dir):
+        raise GenerationError(f"out_dir = {out_dir!r}: give a folder")
     target = Path(out_dir)
     _check_target(target, files)
     try:

@@ -135,7 +135,7 @@ class Model:
         """The symbol of t."""
         return self._t
 
-    def parameters(self, **defaults: float | par) -> tuple[Any, ...]:
+    def parameters(self, /, **defaults: float | par) -> tuple[Any, ...]:
         """Declare run-time parameters with their defaults, numbers or `par` declarations.
 
         Returns

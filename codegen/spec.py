@@ -1,6 +1,7 @@
 """The one frozen object that templates and the manifest are made from."""
 
 import hashlib
+import json
 import re
 from dataclasses import asdict, dataclass
 from importlib import resources
@@ -150,6 +151,11 @@ class EmitSpec:
     example_h: str
     example_steps: int
 
+    @property
+    def manifest_hash(self) -> str:
+        """Hash of the manifest; the C code carries it, so that a loader sees any edit."""
+        return hashlib.sha256(json.dumps(_manifest(self), sort_keys=True).encode()).hexdigest()
+
 
 def runtime_source() -> str:
     """The plain C files of the runtime, in the order in which they stand in the output."""
@@ -196,6 +202,8 @@ def emit_spec(
             f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
         )
     prefix = data.name if prefix is None else prefix
+    if not isinstance(prefix, str):
+        raise GenerationError(f"prefix {prefix!r} is no text: give an identifier")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", prefix):
         raise GenerationError(f"prefix {prefix!r} is no C identifier of at most 41 characters")
     if prefix.startswith("sg_") or prefix == "sg" or "__" in prefix or prefix.endswith("_"):
@@ -374,7 +382,11 @@ def _model_hash(functions: tuple[CFunction, ...], data: ModelData) -> str:
 
 
 def manifest(spec: EmitSpec) -> dict[str, Any]:
-    """What a loader needs: names, sizes, struct layouts, function signatures."""
+    """What a loader needs: names, sizes, struct layouts, function signatures, its own hash."""
+    return _manifest(spec) | {"manifest_hash": spec.manifest_hash}
+
+
+def _manifest(spec: EmitSpec) -> dict[str, Any]:
     return {
         "generator": f"signorini {spec.version}",
         "model": spec.model,

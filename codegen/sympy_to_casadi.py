@@ -1,5 +1,6 @@
 """Translation of SymPy expressions into CasADi SX, node by node, nothing expanded."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -160,9 +161,15 @@ class SympyToCasadi:
                 model, equation, f"contains {node}", "Every expression must stay finite"
             )
         if isinstance(node, (sp.Rational, sp.Float, sp.NumberSymbol)):
-            if isinstance(node, sp.Rational) and not node.is_Integer:
-                return ca.SX(node.p / node.q)
-            return ca.SX(float(node))
+            try:
+                value = node.p / node.q if isinstance(node, sp.Rational) else float(node)
+            except OverflowError:
+                value = math.inf
+            if math.isinf(value):
+                raise ModelError(
+                    model, equation, "contains a number beyond 1e308", "Scale the model's units"
+                )
+            return ca.SX(value)
         if isinstance(node, sp.Add):
             return _sum(args)
         if isinstance(node, sp.Mul):
@@ -252,7 +259,8 @@ def _power(node: sp.Pow, args: list[ca.SX]) -> ca.SX:
     if not isinstance(exponent, sp.Rational):
         return ca.exp(args[1]) if node.base is sp.E else ca.power(base, args[1])
     magnitude = abs(exponent)
-    if magnitude.q == 2 and magnitude.p <= 7:
+    # x*sqrt(x) has the derivative 0*inf at 0 where x^(3/2) has 0: positive ones stay powers.
+    if magnitude.q == 2 and magnitude.p <= (1 if exponent > 0 else 7):
         value = ca.sqrt(base)
         whole = magnitude.p // 2
         if whole:
@@ -265,6 +273,8 @@ def _power(node: sp.Pow, args: list[ca.SX]) -> ca.SX:
 
 
 def _integer_power(base: ca.SX, n: int) -> ca.SX:
+    if n == 0:
+        return ca.SX(1)
     if n == 1:
         return base
     half = _integer_power(base, n // 2)

@@ -23,6 +23,13 @@ def freeze(model: Model) -> ModelData:
     ModelError
         Naming the model, the equation, the symbol or value, and what to do.
     """
+    if not isinstance(model, Model):
+        raise ModelError(
+            getattr(model, "__name__", str(model)),
+            "what was given as a model",
+            f"is of type {type(model).__name__}",
+            "Give a signorini.Model, e.g. what the function model() returns",
+        )
     return _Freezer(model).freeze()
 
 

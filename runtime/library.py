@@ -1,6 +1,7 @@
 """A generated folder as a loaded library: manifest, structs, functions, all verified."""
 
 import ctypes
+import hashlib
 import json
 import os
 import re
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from signorini.runtime.arguments import as_path
 from signorini.runtime.compile import compile_library
 from signorini.runtime.errors import RunError
 
@@ -41,7 +43,7 @@ def load(folder: str | os.PathLike[str]) -> "Stepper":
     """
     from signorini.runtime.stepper import Stepper
 
-    return Stepper(Library(Path(folder)))
+    return Stepper(Library(as_path("folder", folder)))
 
 
 class Library:
@@ -139,7 +141,7 @@ class Library:
         class Meta(ctypes.Structure):
             _fields_ = [
                 *((n, ctypes.c_char_p) for n in ("model", "scheme", "precision", "model_hash")),
-                ("runtime_hash", ctypes.c_char_p),
+                *((n, ctypes.c_char_p) for n in ("runtime_hash", "manifest_hash")),
                 ("stages", ctypes.c_int),
                 *((f"size_{n}", ctypes.c_int) for n in _META_SIZES),
             ]
@@ -155,8 +157,13 @@ class Library:
                     f"{self.folder}: manifest.json says {key} = {self.manifest[key]!r} but the C "
                     f"code {found!r}; the files do not belong together: generate them again"
                 )
-        if meta.stages != self.manifest["stages"]:
-            raise RunError(f"{self.folder}: manifest.json and C code differ in the stages")
+        body = {k: v for k, v in self.manifest.items() if k != "manifest_hash"}
+        digest = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
+        if meta.manifest_hash.decode("ascii", "replace") != digest:
+            raise RunError(
+                f"{self.folder}: manifest.json was changed after the C code was generated: "
+                "generate it again"
+            )
         for name in _META_SIZES:
             size = getattr(meta, f"size_{name}")
             if size != ctypes.sizeof(self.structs[name]):

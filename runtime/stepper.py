@@ -1,23 +1,19 @@
 """A loaded stepper: steps, whole runs, model functions, residuals."""
 
-import ctypes
 import math
-import time
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from signorini.runtime.consistency import project, report
-from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+from signorini.runtime.arguments import grid, number, reals, shaped
+from signorini.runtime.consistency import project
+from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
+from signorini.runtime.run import SUCCESS, Inputs, Run
 from signorini.runtime.trajectory import Trajectory
 
 _ACTIVE_SETS = {"any_stage": 0, "end": 1}
 _SCALINGS = {"rows": 0, "none": 1}
-_SUCCESS = 2  # largest status of a solved step
-_CHUNK = 4096  # steps between two calls of a progress function
-Inputs = Callable[[float, np.ndarray, np.ndarray], Any]
 
 
 class Stepper:
@@ -66,19 +62,21 @@ class Stepper:
         """
         full = self.parameters
         table = {p["name"]: p for p in self.manifest["parameters"]}
+        if values is not None and not isinstance(values, Mapping):
+            raise RunError(f"parameters = {values!r}: give a mapping from name to value")
         for name, value in (values or {}).items():
             if name not in table:
                 raise RunError(
                     f"model '{self.name}' has no parameter '{name}'; it has: {', '.join(table)}"
                 )
-            number = _number(f"parameter '{name}'", value)
+            given = number(f"parameter '{name}'", value)
             low, top = table[name]["min"], table[name]["max"]
-            if (low is not None and number < low) or (top is not None and number > top):
+            if (low is not None and given < low) or (top is not None and given > top):
                 raise RunError(
-                    f"parameter '{name}' = {number:g} is outside its bounds "
+                    f"parameter '{name}' = {given:g} is outside its bounds "
                     f"[{'-inf' if low is None else low}, {'inf' if top is None else top}]"
                 )
-            full[name] = number
+            full[name] = given
         return full
 
     def initial_state(
@@ -110,7 +108,7 @@ class Stepper:
         """
         par = self.check_parameters(parameters)
         start = self.initial_state(par)
-        t = start[0] if t0 is None else _number("t0", t0)
+        t = start[0] if t0 is None else number("t0", t0)
         q = self._vector("q0", q0, start[1], "coordinates")
         v = self._vector("v0", v0, start[2], "velocities")
         return project(self, t, q, v, par)
@@ -155,14 +153,15 @@ class Stepper:
         ndarray, shape of the function, with a leading m if `q` has two dimensions
         """
         lib, n = self._library, self.sizes
-        many = np.ndim(q) == 2
+        q = reals("q", q)
+        many = q.ndim == 2
         rows = len(q) if many else 1
         empty = {
             "g": "n_g", "g_dot": "n_g", "gamma": "n_gamma", "g_N": "n_N", "g_N_dot": "n_N",
             "gamma_F": "n_F", "outputs": "n_outputs",
         }  # fmt: skip
-        if name not in self.manifest["functions"]:
-            if name in empty and n[empty[name]] == 0:
+        if not isinstance(name, str) or name not in self.manifest["functions"]:
+            if isinstance(name, str) and name in empty and n[empty[name]] == 0:
                 return np.zeros((rows, 0) if many else (0,))
             raise RunError(
                 f"model '{self.name}' has no function '{name}'; it has: {', '.join(self.functions)}"
@@ -175,7 +174,10 @@ class Stepper:
             "u": self._rows("u", u, rows, n["n_u"]),
             "R": self._rows("R", R, rows, n["n_R"]),
         }
-        times = np.broadcast_to(np.asarray(t, dtype=float), (rows,))
+        times = reals("t", t)
+        if times.size not in (1, rows) or times.ndim > 1:
+            raise RunError(f"t has shape {times.shape}: give one time, or one for each row of q")
+        times = np.broadcast_to(times.reshape(-1), (rows,))
         params = self._params(self.check_parameters(parameters))
         out = lib.array(np.zeros((rows, *shape)))
         call = lib.call[name]
@@ -242,8 +244,8 @@ class Stepper:
             self._vector("v", v, start[2], "velocities"),
         )
         work = lib.structs["work"]()
-        x_array = lib.array(_shaped("x", x, (n["n_x_total"],)))
-        lam_array = lib.array(_shaped("lam", lam, (n["n_lambda_total"],)))
+        x_array = lib.array(shaped("x", x, (n["n_x_total"],)))
+        lam_array = lib.array(shaped("lam", lam, (n["n_lambda_total"],)))
         u_array = self._rows("u", u, 1, n["n_u"])[0]
         status = lib.call["problem"](
             state,
@@ -251,12 +253,12 @@ class Stepper:
             self._params(par),
             self._options(**options),
             lib.pointer(u_array),
-            _number("h", h),
+            number("h", h),
             names.index(name),
             lib.pointer(x_array),
             lib.pointer(lam_array),
         )
-        if status > _SUCCESS:
+        if status > SUCCESS:
             raise RunError(f"problem '{name}': {lib.status_texts[status]}")
         p = self.manifest["problems"][names.index(name)]
         n_x, n_lam = p["n_x"], p["n_slots"] * n["n_R"]
@@ -355,16 +357,19 @@ class Stepper:
             "max_iterations": max_iterations,
         }
         start = self.initial_state(par)
-        t = start[0] if t0 is None else _number("t0", t0)
+        t = start[0] if t0 is None else number("t0", t0)
         q = self._vector("q0", q0, start[1], "coordinates")
         v = self._vector("v0", v0, start[2], "velocities")
-        h, n_steps = _grid(t, _number("t_end", t_end), _number("dt", dt))
+        h, n_steps = grid(t, number("t_end", t_end), number("dt", dt))
         if record not in ("steps", "stages"):
             raise RunError(f'record = {record!r}: choose "steps" or "stages"')
         if not isinstance(every, (int, np.integer)) or isinstance(every, bool) or every < 1:
             raise RunError(f"every = {every!r}: give an integer of at least 1")
+        every = min(int(every), n_steps + 1)
+        if progress is not None and not callable(progress):
+            raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self._inputs(inputs, n_steps)
-        run = _Run(self, par, options, t, q, v, h, n_steps, int(every), record == "stages")
+        run = Run(self, par, options, t, q, v, h, n_steps, int(every), record == "stages")
         return run.go(u, asked, progress)
 
     def step(
@@ -402,11 +407,11 @@ class Stepper:
         inputs = self._rows("u", u, 1, self.sizes["n_u"])
         q = self._vector("q", q, None, "coordinates")
         v = self._vector("v", v, None, "velocities")
-        h = _number("dt", dt)
+        h = number("dt", dt)
         if h <= 0:
             raise RunError(f"dt = {h:g}: give a step size > 0")
         chosen = {"max_halvings": 4, **options}
-        run = _Run(self, par, chosen, _number("t", t), q, v, h, 1, 1, True)
+        run = Run(self, par, chosen, number("t", t), q, v, h, 1, 1, True)
         return run.go(inputs, None, None)
 
     # --- conversions -----------------------------------------------------------------------------
@@ -417,7 +422,14 @@ class Stepper:
             setattr(params, name, value)
         return params
 
-    def _options(
+    def _options(self, **options: Any) -> Any:
+        known = ("tol", "r", "active_set", "scaling", "max_halvings", "max_iterations")
+        for name in options:
+            if name not in known:
+                raise RunError(f"there is no option '{name}'; there are: {', '.join(known)}")
+        return self._checked_options(**options)
+
+    def _checked_options(
         self,
         tol: float | None = None,
         r: float | None = None,
@@ -427,18 +439,18 @@ class Stepper:
         max_iterations: int | None = None,
     ) -> Any:
         options = self._library.call["default_options"]()
-        if active_set not in _ACTIVE_SETS:
+        if not isinstance(active_set, str) or active_set not in _ACTIVE_SETS:
             raise RunError(f'active_set = {active_set!r}: choose "any_stage" or "end"')
-        if scaling not in _SCALINGS:
+        if not isinstance(scaling, str) or scaling not in _SCALINGS:
             raise RunError(f'scaling = {scaling!r}: choose "rows" or "none"')
         options.active_set = _ACTIVE_SETS[active_set]
         options.scaling = _SCALINGS[scaling]
         if tol is not None:
-            options.tol = _number("tol", tol)
+            options.tol = number("tol", tol)
             if options.tol < 0 or (options.tol == 0 and scaling == "none"):
                 raise RunError(f"tol = {tol!r}: give a tolerance >= 0, > 0 with scaling='none'")
         if r is not None:
-            options.r = _number("r", r)
+            options.r = number("r", r)
             if options.r <= 0:
                 raise RunError(f"r = {r!r}: give a prox parameter > 0, or none")
         for name, value, low, top in (
@@ -447,7 +459,8 @@ class Stepper:
         ):
             if value is None:
                 continue
-            if not isinstance(value, (int, np.integer)) or not low <= value <= top:
+            whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+            if not whole or not low <= value <= top:
                 raise RunError(f"{name} = {value!r}: give an integer from {low} to {top}")
             setattr(options, name, int(value))
         return options
@@ -457,7 +470,7 @@ class Stepper:
         state = lib.structs["state"]()
         q_array, v_array = lib.array(q), lib.array(v)
         status = lib.call["set_state"](state, t, lib.pointer(q_array), lib.pointer(v_array))
-        if status > _SUCCESS:
+        if status > SUCCESS:
             raise RunError(f"the state is not finite: t = {t}, q = {q}, v = {v}")
         return state
 
@@ -474,21 +487,21 @@ class Stepper:
             coordinates = self.manifest["coordinates"]
             for name, value in given.items():
                 if name in coordinates:
-                    values[coordinates.index(name)] = _number(f"{what} of '{name}'", value)
+                    values[coordinates.index(name)] = number(f"{what} of '{name}'", value)
                 elif name in names:
-                    values[names.index(name)] = _number(f"{what} of '{name}'", value)
+                    values[names.index(name)] = number(f"{what} of '{name}'", value)
                 else:
                     raise RunError(
                         f"{what}: there is no coordinate '{name}'; there are: "
                         f"{', '.join(coordinates)}"
                     )
             return values
-        return _shaped(what, given, (len(names),))
+        return shaped(what, given, (len(names),))
 
     def _rows(self, what: str, values: Any, rows: int, columns: int) -> np.ndarray:
         if values is None:
             return self._library.array(np.zeros((rows, columns)))
-        array = np.asarray(values, dtype=float)
+        array = reals(what, values)
         if array.ndim < 2:
             array = np.broadcast_to(array.reshape(1, -1), (rows, array.size))
         if array.shape != (rows, columns):
@@ -504,7 +517,7 @@ class Stepper:
             return zero, inputs
         if n_u == 0:
             raise RunError(f"model '{self.name}' has no inputs")
-        u = np.asarray(inputs, dtype=float)
+        u = reals("inputs", inputs)
         if u.ndim < 2 and u.size == n_u:
             u = np.broadcast_to(u.reshape(1, n_u), (n_steps, n_u))
         if u.shape != (n_steps, n_u):
@@ -515,210 +528,3 @@ class Stepper:
             k = int(np.argwhere(~np.isfinite(u))[0][0])
             raise RunError(f"inputs of step {k} are not finite: {u[k]}")
         return u, None
-
-
-class _Run:
-    """One run: buffers, the loop over chunks of steps, the trajectory at the end."""
-
-    def __init__(
-        self,
-        stepper: Stepper,
-        par: dict[str, float],
-        options: dict[str, Any],
-        t: float,
-        q: np.ndarray,
-        v: np.ndarray,
-        h: float,
-        n_steps: int,
-        every: int,
-        stages: bool,
-    ) -> None:
-        lib = stepper._library
-        self.stepper, self.lib = stepper, lib
-        self.par, self.option_values = par, options
-        self.h, self.n_steps, self.every = h, n_steps, every
-        self.params = stepper._params(par)
-        self.options = stepper._options(**options)
-        self.state = lib.structs["state"]()
-        self.work = lib.structs["work"]()
-        self.info = lib.structs["info"]()
-        n, s = stepper.sizes, stepper.stages
-        rows = n_steps // every
-        self.rows = rows
-        self.buffers = {
-            "t": lib.array(np.zeros(rows + 1)),
-            "q": lib.array(np.zeros((rows + 1, n["n_q"]))),
-            "v": lib.array(np.zeros((rows + 1, n["n_q"]))),
-            "P": lib.array(np.zeros((rows + 1, n["n_R"]))),
-            "residual": lib.array(np.zeros(rows + 1)),
-            "smallest_gap": lib.array(np.full(rows + 1, np.inf)),
-            "counts": np.zeros((rows + 1, 6), dtype=np.intc),
-        }
-        self.nothing = lib.array(np.zeros(1))
-        if stages:
-            self.buffers |= {
-                "stage_t": lib.array(np.zeros((rows, s))),
-                "stage_q": lib.array(np.zeros((rows, s, n["n_q"]))),
-                "stage_v": lib.array(np.zeros((rows, s, n["n_q"]))),
-                "stage_R": lib.array(np.zeros((rows, s, n["n_R"]))),
-            }
-        q_array, v_array = lib.array(q), lib.array(v)
-        status = lib.call["init"](
-            self.state, self.params, self.options, t, lib.pointer(q_array), lib.pointer(v_array)
-        )
-        name = lib.statuses[status]
-        if name == "INCONSISTENT_START":
-            raise InconsistentStartError(report(stepper, t, q, v, par))
-        if status > _SUCCESS:
-            raise RunError(
-                f"model '{stepper.name}' cannot start at t = {t:g}, q = {q.tolist()}, "
-                f"v = {v.tolist()}: {lib.status_texts[status]}"
-            )
-        self.buffers["t"][0] = t
-        self.buffers["q"][0] = q
-        self.buffers["v"][0] = v
-
-    def go(
-        self,
-        u: np.ndarray,
-        asked: Inputs | None,
-        progress: Callable[[int, int], None] | None,
-    ) -> Trajectory:
-        used = self.lib.array(u)
-        begin = time.perf_counter()
-        done = 0
-        status = 0
-        try:
-            while done < self.n_steps and status <= _SUCCESS:
-                count = 1 if asked else min(_CHUNK, self.n_steps - done)
-                # A chunk ends on a recorded row, so that rows are counted from its start.
-                if not asked and count < self.n_steps - done:
-                    count = max(self.every, count - count % self.every)
-                if asked:
-                    used[done] = self._ask(asked)
-                status, taken = self._chunk(used, done, count)
-                done += taken
-                if progress is not None:
-                    progress(done, self.n_steps)
-        except KeyboardInterrupt as error:
-            error.trajectory = self._trajectory(done, used, begin)  # type: ignore[attr-defined]
-            raise
-        trajectory = self._trajectory(done, used, begin)
-        if status > _SUCCESS:
-            t = float(self.state.t)
-            name = self.lib.statuses[status]
-            raise StepError(
-                f"model '{self.stepper.name}', step {done + 1} of {self.n_steps} at t = {t:g}: "
-                f"{name}, {self.lib.status_texts[status]}. The steps before are in the "
-                "error's attribute 'trajectory'",
-                name,
-                trajectory,
-            )
-        return trajectory
-
-    def _ask(self, asked: Inputs) -> np.ndarray:
-        q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
-        n_u = self.stepper.sizes["n_u"]
-        u = np.asarray(asked(float(self.state.t), q, v), dtype=float).reshape(-1)
-        if u.shape != (n_u,) or not np.all(np.isfinite(u)):
-            raise RunError(
-                f"inputs(t, q, v) returned {u.tolist()} at t = {float(self.state.t):g}: "
-                f"return {n_u} finite numbers"
-            )
-        return u
-
-    def _chunk(self, u: np.ndarray, done: int, count: int) -> tuple[int, int]:
-        lib = self.lib
-        record = lib.structs["record"]()
-        # With feedback one step at a time is taken; it is recorded if its turn has come.
-        every = 1 if count < self.every else self.every
-        wanted = count >= self.every or (done + count) % self.every == 0
-        if wanted:
-            row = (done + count) // self.every if count < self.every else done // self.every + 1
-            for name, buffer in self.buffers.items():
-                first = row - 1 if name.startswith("stage_") else row
-                if first < len(buffer):
-                    kind = ctypes.c_int if name == "counts" else lib.real
-                    # An empty array has no address to rely on; nothing is written through it.
-                    rows = buffer[first:] if buffer.size else self.nothing
-                    setattr(record, name, rows.ctypes.data_as(ctypes.POINTER(kind)))
-        taken = ctypes.c_int(0)
-        status = lib.call["simulate"](
-            self.state,
-            self.work,
-            self.info,
-            self.params,
-            self.options,
-            lib.pointer(u[done:]) if u.size else None,
-            self.h,
-            count,
-            every,
-            record if wanted else None,
-            taken,
-        )
-        return status, taken.value
-
-    def _trajectory(self, done: int, u: np.ndarray, begin: float) -> Trajectory:
-        rows = done // self.every
-        names = {"stage_t": "t_stage", "stage_q": "Q", "stage_v": "V", "stage_R": "R"}
-        arrays = {}
-        for name, buffer in self.buffers.items():
-            kept = buffer[: rows if name in names else rows + 1]
-            arrays[names.get(name, name)] = kept if name == "counts" else kept.astype(float)
-        # Inputs of row k: those held from t[k] on; the last row repeats the last step's.
-        if self.n_steps and u.size:
-            index = np.minimum(np.arange(rows + 1) * self.every, max(done - 1, 0))
-            arrays["u"] = u[index].astype(float)
-        else:
-            arrays["u"] = np.zeros((rows + 1, self.stepper.sizes["n_u"]))
-        return Trajectory(
-            self.stepper,
-            arrays,
-            parameters=self.par,
-            options={k: v for k, v in self.option_values.items() if v is not None},
-            seconds=time.perf_counter() - begin,
-        )
-
-
-def _number(what: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise RunError(f"{what} = {value!r}: give a number") from None
-    if not math.isfinite(number):
-        raise RunError(f"{what} = {number}: give a finite number")
-    return number
-
-
-def _shaped(what: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise RunError(f"{what} = {value!r}: give {shape[0]} numbers") from None
-    if array.shape != shape:
-        raise RunError(f"{what} has shape {array.shape}: give {shape[0]} numbers")
-    if not np.all(np.isfinite(array)):
-        k = int(np.flatnonzero(~np.isfinite(array))[0])
-        raise RunError(f"{what}[{k}] is {array[k]}: give finite numbers")
-    return array
-
-
-def _grid(t0: float, t_end: float, dt: float) -> tuple[float, int]:
-    """Step size and number of steps of the grid t_k = t_0 + k dt."""
-    if dt <= 0:
-        raise RunError(f"dt = {dt:g}: give a step size > 0")
-    if t_end < t0:
-        raise RunError(f"t_end = {t_end:g} lies before the start t0 = {t0:g}")
-    exact = (t_end - t0) / dt
-    if exact > 2**31 - 2:
-        raise RunError(f"dt = {dt:g} makes {exact:.3g} steps: at most {2**31 - 2} are possible")
-    nearest = round(exact)
-    if abs(exact - nearest) <= 1e-9 * max(nearest, 1):
-        return dt, nearest
-    n = math.floor(exact)
-    warnings.warn(
-        f"dt = {dt:g} does not divide the time from {t0:g} to {t_end:g}: the last of {n} steps "
-        f"ends at {t0 + n * dt:g}",
-        stacklevel=3,
-    )
-    return dt, n

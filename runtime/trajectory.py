@@ -1,5 +1,6 @@
 """A trajectory: the recorded steps with everything that follows from them."""
 
+import contextlib
 import json
 import os
 import zipfile
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from signorini.runtime.arguments import as_path
 from signorini.runtime.errors import RunError
 
 if TYPE_CHECKING:
@@ -134,6 +136,8 @@ class Trajectory:
         ``"floor.P_F"`` has shape (n+1,) for one slip component and (n+1, 2) for two.
         """
         m = self._stepper.manifest
+        if not isinstance(key, str):
+            raise KeyError(f"{key!r}: columns are named; rows are in .t, .q, .v, ...")
         for names, array in ((m["coordinates"], "q"), (m["velocities"], "v"), (m["inputs"], "u")):
             if key in names:
                 return getattr(self, array)[:, names.index(key)]
@@ -175,7 +179,9 @@ class Trajectory:
             "seconds": self.seconds,
         }
         arrays = {name: self._arrays[name] for name in _STORED if name in self._arrays}
-        target = Path(path)
+        target = as_path("the file", path)
+        if not target.name or target.is_dir():
+            raise RunError(f"{target} is a folder: give a file name, e.g. run.npz")
         partial = target.with_name(f".{target.name}.part")
         try:
             with partial.open("wb") as stream:
@@ -185,7 +191,8 @@ class Trajectory:
         except OSError as error:
             raise RunError(f"cannot write {target}: {error.strerror}") from None
         finally:
-            partial.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                partial.unlink(missing_ok=True)
         return target
 
     @classmethod
@@ -205,27 +212,38 @@ class Trajectory:
             If the file is damaged, of another kind, or of another model.
         """
         try:
-            with np.load(Path(path), allow_pickle=False) as data:
+            with np.load(as_path("the file", path), allow_pickle=False) as data:
                 about = json.loads(str(data["about"]))
                 arrays = {name: data[name] for name in _STORED if name in data.files}
         except FileNotFoundError:
             raise RunError(f"there is no file {path}") from None
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
         if not isinstance(about, dict) or about.get("format") != _FORMAT:
             raise RunError(f"{path} has a format that this version does not read")
+        missing = [k for k in ("model", "model_hash", "parameters", "options") if k not in about]
+        if missing:
+            raise RunError(f"{path} is damaged: it lacks {', '.join(missing)}")
         if about["model_hash"] != stepper.manifest["model_hash"]:
             raise RunError(
                 f"{path} holds a run of the model '{about['model']}' in another version than the "
                 f"stepper's '{stepper.name}': build the stepper from that model"
             )
         n = stepper.sizes
-        rows = arrays["t"].shape[0] if "t" in arrays else 0
+        rows = arrays["t"].size if "t" in arrays else 0
+        s = stepper.stages
         shapes = {
             "t": (rows,), "q": (rows, n["n_q"]), "v": (rows, n["n_q"]), "u": (rows, n["n_u"]),
             "P": (rows, n["n_R"]), "counts": (rows, len(_COUNTS)),
             "residual": (rows,), "smallest_gap": (rows,),
         }  # fmt: skip
+        if "Q" in arrays:
+            shapes |= {
+                "t_stage": (rows - 1, s),
+                "Q": (rows - 1, s, n["n_q"]),
+                "V": (rows - 1, s, n["n_q"]),
+                "R": (rows - 1, s, n["n_R"]),
+            }
         for name, shape in shapes.items():
             if name not in arrays or arrays[name].shape != shape:
                 raise RunError(f"{path} is damaged: the array '{name}' is missing or misshapen")

@@ -179,7 +179,7 @@ def _generated_part(files: dict[str, str]) -> dict[str, str]:
                 + text.split(RUNTIME_END)[1]
             )
         text = re.sub(r"(runtime +sha256 )[0-9a-f]{64}", r"\1-", text)
-        text = re.sub(r'("?runtime_hash"?(?: =|:) ")[0-9a-f]{64}', r"\1-", text)
+        text = re.sub(r'("?(runtime|manifest)_hash"?(?: =|:) ")[0-9a-f]{64}', r"\1-", text)
         kept[name] = text
     return kept
 

@@ -211,6 +211,10 @@ def open_piecewise(m: sg.Model) -> None:
     m.force([sp.Piecewise((m.q[0], m.q[0] > 0)), 0])
 
 
+def huge_number(m: sg.Model) -> None:
+    m.force([sp.Integer(10) ** 400 * m.q[0], 0])
+
+
 CASES: list[tuple[Callable[[sg.Model], None], list[str]]] = [
     (no_lagrangian, ["lagrangian", "missing"]),
     (foreign, ["Lagrangian", "stiffness"]),
@@ -258,6 +262,7 @@ CASES: list[tuple[Callable[[sg.Model], None], list[str]]] = [
     (constraint_without_coordinates, ["constraint 'bar'", "no coordinate"]),
     (parameter_value, ["parameter 'k'", "inf"]),
     (parameter_bounds, ["parameter 'k'", "-1", "bounds"]),
+    (huge_number, ["force on 'x'", "1e308"]),
     (open_piecewise, ["force on 'x'", "True"]),
 ]
 
@@ -347,3 +352,18 @@ def test_a_foreign_folder_is_not_overwritten(tmp_path) -> None:
     with pytest.raises(sg.GenerationError, match="Makefile"):
         sg.generate(base(), tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["Makefile"]
+
+
+@pytest.mark.parametrize(
+    "given", [None, "ball", 5, sg.Model, base], ids=["none", "text", "number", "class", "function"]
+)
+def test_what_is_no_model_is_refused(given: object) -> None:
+    for use in (sg.build, sg.check):
+        with pytest.raises(sg.ModelError, match=r"signorini\.Model"):
+            use(given)  # type: ignore[operator]
+
+
+def test_a_parameter_may_be_called_self() -> None:
+    m = base()
+    (symbol,) = m.parameters(self=2.0)
+    assert symbol.name == "self"

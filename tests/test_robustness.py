@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, slider_crank
-from signorini.runtime.stepper import _Run
+from signorini.runtime.run import Run
 from trap_models import rheonomic
 
 Build = Callable[..., sg.Stepper]
@@ -71,7 +71,7 @@ def test_scratch_memory_carries_nothing(model: Callable[[], sg.Model], stepper: 
     states = []
     for fill in (False, True):
         start = compiled.initial_state()
-        run = _Run(compiled, compiled.parameters, {"max_halvings": 4}, *start, dt, 120, 1, False)
+        run = Run(compiled, compiled.parameters, {"max_halvings": 4}, *start, dt, 120, 1, False)
         trace = []
         for _ in range(120):
             if fill:

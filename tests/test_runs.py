@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+import sympy as sp
 from signorini.models import bouncing_ball, slider_crank, slope
 from trap_models import mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
 
@@ -156,7 +157,8 @@ def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
     with pytest.raises(sg.RunError, match="no generated folder"):
         sg.load(tmp_path)
     for key, value, message in (
-        ("stages", 4, "differ in the stages"),
+        ("stages", 4, "was changed"),
+        ("coordinates", ["x", "z"], "was changed"),
         ("model_hash", "0" * 64, "do not belong together"),
         ("prefix", "../x", "prefix"),
     ):
@@ -165,7 +167,7 @@ def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
             sg.load(folder)
     manifest["structs"]["state"].pop()
     (folder / "manifest.json").write_text(json.dumps(manifest))
-    with pytest.raises(sg.RunError, match="bytes in C"):
+    with pytest.raises(sg.RunError, match="was changed"):
         sg.load(folder)
     (folder / "manifest.json").write_text("{")
     with pytest.raises(sg.RunError, match="cannot be read"):
@@ -198,6 +200,11 @@ BAD: list[tuple[dict, str]] = [
     ({"max_halvings": 11}, "max_halvings"),
     ({"max_iterations": 0}, "max_iterations"),
     ({"scaling": "columns"}, "scaling"),
+    ({"parameters": [1]}, "mapping"),
+    ({"parameters": {"mu": True}}, "give a number"),
+    ({"active_set": []}, "active_set"),
+    ({"progress": 3}, "progress"),
+    ({"q0": [1j, 0, 0]}, "real numbers"),
     ({"q0": {"y": 0.05}}, "gap g_N of 'floor' is -0.05"),
 ]
 
@@ -206,6 +213,74 @@ BAD: list[tuple[dict, str]] = [
 def test_bad_arguments_are_named(spoiled: dict, message: str, stepper: Build) -> None:
     with pytest.raises(sg.RunError, match=message):
         stepper(bouncing_ball.model, 3).simulate(**({"t_end": 1, "dt": 0.1} | spoiled))
+
+
+def test_bad_arguments_of_other_calls_are_named(tmp_path: Path, stepper: Build) -> None:
+    compiled = stepper(bouncing_ball.model, 3)
+    q, v = np.array([0.0, 1.0, 0.0]), np.zeros(3)
+    traj = compiled.simulate(t_end=0.1, dt=0.1, record="stages")
+    for call in (
+        lambda: compiled.evaluate("g_N", "a", q),
+        lambda: compiled.evaluate("g_N", [0, 1], q),
+        lambda: compiled.evaluate("g_N", [0, 1, 2], np.zeros((2, 3))),
+        lambda: compiled.evaluate("g_N", 0, {"x": 1}),
+        lambda: compiled.evaluate(["g_N"], 0, q),
+        lambda: compiled.step(0, q, v, 0.1, foo=1),
+        lambda: compiled.step(0, q, v, 0.1, u="a"),
+        lambda: compiled.step(0, q, None, 0.1),
+        lambda: compiled.problem("end", [0], [0], 0.1),
+        lambda: compiled.problem("position", [0], [0], 0.1),
+        lambda: traj.save(tmp_path),
+        lambda: traj.save(""),
+        lambda: traj.save(tmp_path / "no" / "run.npz"),
+        lambda: sg.Trajectory.load(5, compiled),
+        lambda: sg.load(None),
+        lambda: sg.load("a\0b"),
+    ):
+        with pytest.raises(sg.RunError):
+            call()
+    for key in (5, None):
+        with pytest.raises(KeyError):
+            traj[key]
+    with pytest.raises(sg.GenerationError):
+        sg.generate(slope.model(), "a\0b")
+    path = traj.save(tmp_path / "run.npz")
+    with np.load(path) as data:
+        arrays = dict(data)
+    for name, value in (("Q", arrays["Q"][:0]), ("t", np.array(1.0)), ("about", np.array("{}"))):
+        np.savez(path, **(arrays | {name: value}))
+        with pytest.raises(sg.RunError):
+            sg.Trajectory.load(path, compiled)
+    np.save(tmp_path / "run.npy", q)
+    with pytest.raises(sg.RunError):
+        sg.Trajectory.load(tmp_path / "run.npy", compiled)
+
+
+def test_a_force_with_a_half_integer_power_at_zero() -> None:
+    """Hertz' law: its derivative at 0 is 0, not 0 * inf."""
+    m = sg.Model("hertz")
+    (y,) = m.coordinates("y")
+    (v,) = m.velocities
+    m.lagrangian = v**2 / 2 - 9.81 * y
+    m.force(
+        [1e4 * sp.Max(0, -y) ** sp.Rational(3, 2) - sp.sign(v) * sp.Abs(v) ** sp.Rational(3, 2)]
+    )
+    m.initial_state(q=[0.1])
+    traj = sg.build(m, stages=3).simulate(t_end=1, dt=1e-3)
+    assert traj["y"].min() < 0
+    assert np.all(np.isfinite(traj.q))
+
+
+def test_a_jacobian_that_is_not_finite_is_called_so() -> None:
+    m = sg.Model("root")
+    (y,) = m.coordinates("y")
+    (v,) = m.velocities
+    m.lagrangian = v**2 / 2
+    m.force([1 - sp.sqrt(y)])
+    m.initial_state(q=[0])
+    with pytest.raises(sg.StepError) as caught:
+        sg.build(m).simulate(t_end=1, dt=0.1)
+    assert caught.value.status == "NONFINITE"
 
 
 def test_bad_inputs_are_named(stepper: Build) -> None:

@@ -241,7 +241,7 @@ class Checker:
             parameters,
         )
 
-    # --- Jacobians -----------------------------------------------------------------------------------
+    # --- Jacobians -------------------------------------------------------------------------------
 
     def jacobians(self, stepper: Stepper) -> None:
         """Residuals and Jacobians of both problems against differences in 50 digits."""

@@ -337,7 +337,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         deficiency = sg_newton_direction(w, opt, problem, damped);
         ++*iterations;
         if (deficiency < 0) {
-            return SG_K(SINGULAR);
+            return sg_all_finite(pr->n_x * pr->n_x, w->A) ? SG_K(SINGULAR) : SG_K(NONFINITE);
         }
         w->deficiency = deficiency;
         sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
