@@ -25,9 +25,9 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                 }
                 w->kind[n] = open ? SG_ROW_ZERO : SG_ROW_FREE;
                 w->phi[n] = open ? lambda[n] : w->prox_r[n] * w->y[n];
-                radius = w->mu[k] * sg_max(lambda[n], SG_C(0.0));
+                radius = w->friction * w->mu[k] * sg_max(lambda[n], SG_C(0.0));
             } else {
-                radius = w->radius[slot * SG_NB + contact->bound];
+                radius = w->friction * w->radius[slot * SG_NB + contact->bound];
             }
             if (contact->components > 0) {
                 real z[2];
@@ -134,11 +134,12 @@ static real sg_phi_change(const SG(work) * w, const sg_problem *pr, int index, c
         if (contact->normal >= 0) {
             const int n = slot * SG_NC + SG_NORMAL + contact->normal;
             if (column == n && w->lambda[pr->lambda + n] >= SG_C(0.0)) {
-                change += w->slip[index] * w->mu[k];
+                change += w->slip[index] * w->friction * w->mu[k];
             }
         } else {
             const int row = slot * SG_NB + contact->bound;
-            change += w->slip[index] * sg_dot(pr->n_x, &w->C_radius[row * pr->n_x], z);
+            change +=
+                w->slip[index] * w->friction * sg_dot(pr->n_x, &w->C_radius[row * pr->n_x], z);
         }
         /* Direction: ratio (1 - n n^T) (r C dx - dlambda). */
         for (e = 0; e < contact->components; ++e) {

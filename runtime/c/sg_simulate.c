@@ -128,6 +128,7 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     for (j = 0; j < SG_NU; ++j) {
         w->u[j] = u[j];
     }
+    w->friction = SG_C(1.0);
     SG(start)(w, par);
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);

@@ -176,7 +176,8 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     return SG_AS_FOUND;
 }
 
-/* Solve one problem: warm start if there is one, then cold start, damping, sweeps. */
+/* Solve one problem: warm start if there is one, then cold start, friction raised
+   in steps with damping, sweeps. */
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                     const SG(options) * opt, SG(info) * info, int problem, int warm) {
     const int total = opt->max_iterations;
@@ -184,10 +185,11 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     int attempt, round;
     real measure = SG_HUGE;
     int before = info->iterations;
+    w->friction = SG_C(1.0);
     sg_prox_parameters(w, opt, problem);
     for (attempt = warm ? 0 : 1; attempt < 4; ++attempt) {
         const int left = total - (info->iterations - before);
-        int budget = total / 8 + 5;
+        int budget = total / 8 + 1;
         if (left <= 0) {
             break;
         }
@@ -196,6 +198,18 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
             sg_warm_start(w, s, problem);
         } else {
             sg_cold_start(w, problem);
+        }
+        if (attempt == 2 && SG_NF > 0) {
+            /* Raise the friction from zero: without it the solution is easy to find. */
+            for (round = 0; round < 4; ++round) {
+                w->friction = SG_C(0.25) * (real)round;
+                (void)sg_newton(w, par, opt, problem, total / 12 + 1, 1, &info->iterations,
+                                &measure);
+                if (!(measure < SG_HUGE)) {
+                    sg_cold_start(w, problem);
+                }
+            }
+            w->friction = SG_C(1.0);
         }
         if (attempt == 3) {
             for (round = 0; round < 4; ++round) {
@@ -208,7 +222,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         status = sg_newton(w, par, opt, problem, budget, attempt >= 2, &info->iterations, &measure);
         if (status == SG_K(OK)) {
             info->rescues |= attempt == 3           ? SG_SWEPT
-                             : attempt == 2         ? SG_DAMPED
+                             : attempt == 2         ? SG_RAISED
                              : attempt == 1 && warm ? SG_COLD
                                                     : 0;
             break;

@@ -17,7 +17,7 @@ typedef struct {
 enum { SG_POSITION = 0, SG_VELOCITY = 1 };         /* sg_problem.level */
 enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };    /* kind of a percussion row */
 enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };    /* info.percussions */
-enum { SG_COLD = 1, SG_DAMPED = 2, SG_SWEPT = 4 }; /* info.rescues */
+enum { SG_COLD = 1, SG_RAISED = 2, SG_SWEPT = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
 static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};
