@@ -37,6 +37,11 @@ class Model:
     symbols : {"sympy", "casadi"}
         The symbol world: SymPy expressions or CasADi SX.
 
+    Attributes
+    ----------
+    doc : str
+        One line on the model, for listings and the generated README.
+
     Notes
     -----
     The quantities are those of Capobianco, Harsch and Leyendecker: L(t, q, v), f(t, q, v, u),

@@ -82,11 +82,12 @@ def test_no_warnings_and_only_libm(
 ) -> None:
     folder = sg.generate(make(), tmp_path / "c", stages=3, precision=precision)
     source = next(p for p in folder.glob("*.c") if p.name != "example.c")
-    for name in ("gcc", "clang"):
-        for level in ("-O0", "-O2"):
-            run(compiler(name), *STRICT, level, "-c", source.name, cwd=folder)
-        run(compiler(name), *STRICT, "-c", "example.c", cwd=folder)
-    run(compiler("gcc"), *[f.replace("c99", "c11") for f in STRICT], "-c", source.name, cwd=folder)
+    # gcc finds what depends on the flow of data only when it optimises; clang does not need to.
+    for name, how in (("gcc", ("-O2", "-c")), ("clang", ("-fsyntax-only",))):
+        run(compiler(name), *STRICT, *how, source.name, cwd=folder)
+        run(compiler(name), *STRICT, *how, "example.c", cwd=folder)
+    newer = [f.replace("c99", "c11") for f in STRICT]
+    run(compiler("gcc"), *newer, "-fsyntax-only", source.name, cwd=folder)
     header = source.with_suffix(".h").name
     (folder / "user.cpp").write_text(
         f'#include <cmath>\n#include "{header}"\nint main() {{ return 0; }}\n'
@@ -102,7 +103,6 @@ def test_no_warnings_and_only_libm(
         "user.cpp",
         cwd=folder,
     )
-    run(compiler("gcc"), "-O2", "-std=c99", "-ffp-contract=off", "-c", source.name, cwd=folder)
     symbols = run("nm", source.with_suffix(".o").name, cwd=folder).splitlines()
     undefined = {line.split()[-1] for line in symbols if " U " in line}
     suffix = "f" if precision == "float" else ""
@@ -121,8 +121,8 @@ def test_no_warnings_and_only_libm(
 
 
 @pytest.mark.parametrize("make", MODELS, ids=identify)
-def test_sanitizers_and_analyzer(make: Callable[[], sg.Model], tmp_path: Path) -> None:
-    folder = sg.generate(make(), tmp_path / "c", stages=3)
+def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+    folder = sg.generate(make(), tmp_path / "c", stages=2)
     source = next(p for p in folder.glob("*.c") if p.name != "example.c").name
     flags = "-std=c99 -O1 -g -fno-sanitize-recover=all"
     flags += " -fsanitize=address,undefined,float-divide-by-zero"
