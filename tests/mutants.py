@@ -100,7 +100,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("no least norm", SOLVE, "if (status == SG_K(OK) && w->deficiency > 0) {", "if (0) {"),
     Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
     Mutant("no pivoting", LINALG, "if (size > best) {", "if (best < SG_C(0.0)) {"),
-    Mutant("the checker accepts everything", CHECK, "return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end);", "return 1;"),
+    Mutant("the checker does not look at the momenta", CHECK, "if (!sg_small(w->r[i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {", "if (0) {"),
     Mutant("the checker does not look at friction", CHECK, "return sg_small(bound * slip + power,", "return 1 || sg_small(bound * slip + power,"),
     Mutant("the checker misses skipped impacts", CHECK, "if ((must && !w->active[k]) ||", "if ("),
     Mutant("penetration at the start is accepted", SIMULATE, "if (at.position[n] < SG_C(0.0) &&", "if (0 &&"),

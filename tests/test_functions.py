@@ -8,9 +8,9 @@ import signorini as sg
 from signorini.models import bouncing_ball, box, slider_crank, slope
 from signorini.verify.expressions import Expressions
 from signorini.verify.functions import reference_values
-from trap_models import TRAPS
+from trap_models import TRAPS, forms
 
-MODELS = (*TRAPS, bouncing_ball.model, slope.model, slider_crank.model, box.model)
+MODELS = (*TRAPS, forms, bouncing_ball.model, slope.model, slider_crank.model, box.model)
 
 
 def draw(stepper: sg.Stepper, seed: int) -> dict[str, np.ndarray | float]:

@@ -22,7 +22,7 @@ CATCHERS = (
     (
         "functions against 50 digits",
         "tests/test_functions.py",
-        "rheonomic or mixed or traps_of_printing",
+        "rheonomic or mixed or forms",
     ),
     (
         "Jacobians and steps against the reference",
@@ -32,9 +32,10 @@ CATCHERS = (
     (
         "benchmarks and robustness",
         "tests/test_benchmarks.py tests/test_robustness.py",
-        "(ball or equal or units or scratch or any_mass or pushed) and not 5 and not 4",
+        "(ball or equal or stress or units or scratch or any_mass or pushed) and not 5 and not 4",
     ),
     ("runs", "tests/test_runs.py", "not neither"),
+    ("check", "tests/test_check.py", "models_pass and (mixed or sticking)"),
     (
         "steps with four and five stages",
         "tests/test_steps.py",

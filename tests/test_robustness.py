@@ -85,6 +85,16 @@ def test_scratch_memory_carries_nothing(model: Callable[[], sg.Model], stepper: 
     assert states[0] == states[1]
 
 
+def test_no_stress_is_left_between_sticking_corners(stepper: Build) -> None:
+    """A box that tilts onto its base: of all friction at rest the least is none."""
+    traj = stepper(box.model, 3).simulate(
+        t_end=2, dt=1e-2, q0=[0, 0.2, 0.3], v0=[0.3, 0, 0], parameters={"e_N": 0, "mu": 0.8}
+    )
+    assert np.max(np.abs(traj.v[-1])) < 1e-10
+    assert np.max(np.abs(traj.P_F[-1])) < 1e-10
+    np.testing.assert_allclose(traj.P_N[-1, :2], 9.81e-2 / 2, rtol=1e-8)
+
+
 LENGTH, MASS, INERTIA, ACCELERATION = (1, 0, 0), (0, 1, 0), (2, 1, 0), (1, 0, -2)
 UNITS = {
     box.model: (

@@ -371,3 +371,43 @@ def test_explicit_prox_parameter_and_absolute_tolerance(stepper: Build) -> None:
     paper = compiled.simulate(t_end=1.1, dt=1e-2, r=0.5, tol=1e-8, scaling="none", active_set="end")
     plain = compiled.simulate(t_end=1.1, dt=1e-2)
     np.testing.assert_allclose(paper.q, plain.q, atol=1e-7)
+
+
+def falling() -> sg.Model:
+    """A particle above a ledge of which only the part x >= 0 exists."""
+    m = sg.Model("ledge")
+    x, y = m.coordinates("x y")
+    vx, vy = m.velocities
+    m.lagrangian = (vx**2 + vy**2) / 2 - 10 * y
+    m.contact("ledge", g_N=y, guard=x)
+    m.initial_state(q=[1, 0.3], v=[0, 0])
+    return m
+
+
+def test_a_guard_decides_whether_a_contact_exists() -> None:
+    compiled = sg.build(falling(), stages=3)
+    lands = compiled.simulate(t_end=1, dt=1e-2)
+    assert abs(lands["y"][-1]) < 1e-12
+    falls = compiled.simulate(t_end=1, dt=1e-2, q0={"x": -1})
+    assert falls["y"][-1] == pytest.approx(0.3 - 5, abs=1e-9)
+    # Over the edge: at rest on the ledge until x < 0, then free.
+    leaves = compiled.simulate(t_end=1, dt=1e-2, q0={"x": 0.505, "y": 0}, v0={"x": -1})
+    assert leaves["y"][50] == pytest.approx(0, abs=1e-12)
+    assert leaves["y"][-1] == pytest.approx(-5 * 0.49**2, abs=1e-9)
+
+
+@pytest.mark.parametrize(("bound", "stop"), [(2.0, True), (-2.0, False), (0.0, False)])
+def test_friction_with_a_bound(bound: float, stop: bool) -> None:
+    """A brake of bound 2 stops unit mass from unit speed in 0.5; a negative bound counts as 0."""
+    m = sg.Model("brake")
+    m.coordinates("x")
+    (v,) = m.velocities
+    (limit,) = m.parameters(limit=bound)
+    m.lagrangian = v**2 / 2
+    m.friction("brake", gamma_F=v, bound=limit)
+    m.initial_state(q=[0], v=[1])
+    traj = sg.build(m, stages=3).simulate(t_end=1, dt=1e-2)
+    assert traj.v[-1, 0] == pytest.approx(0.0 if stop else 1.0, abs=1e-12)
+    assert traj["x"][-1] == pytest.approx(0.25 if stop else 1.0, abs=1e-9)
+    if stop:
+        np.testing.assert_allclose(traj["brake.P_F"][1:50], -2e-2, rtol=1e-9)

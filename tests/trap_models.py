@@ -135,6 +135,47 @@ def sticking_incline() -> sg.Model:
     return m
 
 
+def forms() -> sg.Model:
+    """Every form of expression that translation, graph and printing treat in a way of their own."""
+    m = sg.Model("forms")
+    x, y, z = m.coordinates("x y z")
+    vx, vy, vz = m.velocities
+    t = m.time
+    a, b = m.parameters(a=1.7, b=0.6)
+    r = x**2 + y**2 + sp.Rational(6, 5)
+    m.lagrangian = (
+        vx**2 / 2
+        + vy**2 * sp.sqrt(r) / 3
+        - sp.Rational(7, 3) * -(vz**2)
+        + a / (b / (r + z**2))
+        - x / (y * z + 9) / (a + 2)
+        - (x - (y - (z - b * x)))
+        - sp.Rational(5, 2) * r ** sp.Rational(3, 2) / 9
+        + r ** sp.Rational(-1, 2)
+        + 2 / r**3
+        + r ** sp.Rational(-5, 2)
+        + sp.cos(-x * y) * sp.sin(-z)
+        - sp.exp(-x) * sp.log(r, 10) * sp.cos(y - x)
+        + (x / 4) / (y / 8 + 3)
+        + sp.pi * sp.E * x / 123456789.123456789
+    )
+    m.force(
+        [
+            sp.Piecewise((x, x > t), (2 * y, sp.And(y < 1, z >= -5)), (z**3, True)),
+            sp.Max(x, y, 2 * z) - sp.Min(x, y) * sp.Abs(z) + sp.sign(x - y) * a,
+            sp.atan2(y, x + 3)
+            + sp.tanh(x) * sp.asinh(y)
+            - sp.sec(z / 4)
+            + sp.floor(3 * x) / 7
+            + sp.Piecewise((vx, sp.Or(vx <= 0, sp.Not(vy > 0))), (vy**2, True)),
+        ]
+    )
+    m.contact("c", g_N=z + 4 - (x - y) / 9, gamma_F=vx - (vy - vz), mu=a - b, e_N=b)
+    m.output("angle", sp.acos(x / 9) - sp.asin(y / 9) * sp.atan(z) + sp.sinh(x) / sp.cosh(y))
+    m.initial_state(q=[0.3, 0.2, 0.5], v=[0.1, 0.2, 0.3])
+    return m
+
+
 def chain(links: int = 10) -> sg.Model:
     """Planar chain of `links` rods in absolute angles, a wall at the tip."""
     m = sg.Model(f"chain_{links}")

@@ -133,6 +133,30 @@ static void test_laws(void) {
     }
 }
 
+static void test_contact_rows(void) {
+    const ball_params par = ball_default_params();
+    const ball_options opt = ball_default_options();
+    ball_work *w = solved(0.1, 1.0, 0.0, 0.0);
+    int iterations = 0;
+    double measure = 0.0;
+    /* a negative percussion has the radius 0: the friction row asks for no friction */
+    w->friction = 1.0;
+    sg_prox_parameters(w, &opt, 0);
+    w->x[1] = w->x[4] = w->x[7] = -1.0; /* into the plane, so that the contact counts as closed */
+    w->lambda[R_N1] = -1.0;
+    w->lambda[R_F1] = 0.3;
+    sg_evaluate(w, &par, 0);
+    ENSURE(w->kind[R_N1] == SG_ROW_FREE);
+    ENSURE(w->kind[R_F1] == SG_ROW_SLIP && w->phi[R_F1] == 0.3);
+    /* percussions of a wrong guess vanish in flight, in the first iterations */
+    w = solved(1.0, 0.0, -1.0, 3.0);
+    sg_prox_parameters(w, &opt, 0);
+    w->lambda[R_N1] = 0.5;
+    w->lambda[R_F2] = -0.2;
+    ENSURE(sg_newton(w, &par, &opt, 0, 3, 0, &iterations, &measure) == BALL_OK);
+    ENSURE(w->lambda[R_N1] == 0.0 && w->lambda[R_F2] == 0.0 && iterations <= 2);
+}
+
 static void test_arguments(void) {
     const ball_params par = ball_default_params();
     ball_params bad_par = par;
@@ -185,6 +209,7 @@ static void test_arguments(void) {
 int main(void) {
     test_laws();
     test_checker_on_wrong_steps();
+    test_contact_rows();
     test_arguments();
     printf("%d failed\n", failures);
     return failures != 0;
