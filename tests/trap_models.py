@@ -68,7 +68,14 @@ def mixed_contacts() -> sg.Model:
         - mass * 9.81 * z
         - 0.5 * (s - x) ** 2
     )
-    m.force([push, 0.3 * ca.sin(3 * t), ca.if_else(vz > 0, -0.1 * vz, -0.2 * vz), 0])
+    m.force(
+        [
+            push,
+            0.3 * ca.sin(3 * t) + 0.1 * ca.cos((-x) * y),
+            ca.if_else(vz > 0, -0.1 * vz, -0.2 * vz),
+            0,
+        ]
+    )
     m.contact("ground", g_N=z - 0.1 * ca.sin(x), gamma_F=[vx, vy + 0.1 * vx * y], mu=mu, e_N=e)
     m.contact("wall", g_N=1 - x + 0.05 * y**2, gamma_F=vy + 0.2 * ca.cos(t), mu=2 * mu, e_N=0.1)
     m.contact("stop", g_N=s + 0.3 + 0.02 * t, e_N=e / 2)
@@ -167,6 +174,7 @@ def forms() -> sg.Model:
             + sp.tanh(x) * sp.asinh(y)
             - sp.sec(z / 4)
             + sp.floor(3 * x) / 7
+            + sp.Piecewise((2, z > sp.Rational(1, 2)), (-1, True))
             + sp.Piecewise((vx, sp.Or(vx <= 0, sp.Not(vy > 0))), (vy**2, True)),
         ]
     )
