@@ -51,7 +51,7 @@ def events(traj: Trajectory) -> list[tuple[float, str, str, str]]:
     """Changes of contact state as (time of the step's end, contact, from, to)."""
     found = []
     for name, state in contact_states(traj).items():
-        changes = np.flatnonzero(state[1:] != state[:-1]) + 1
+        changes = [k for k in range(1, len(state)) if state[k] != state[k - 1]]
         found += [(float(traj.t[k]), name, str(state[k - 1]), str(state[k])) for k in changes]
     return sorted(found, key=lambda event: event[0])
 
