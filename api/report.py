@@ -101,6 +101,9 @@ def show(console: Console, traj: Trajectory, most: int = 12) -> None:
         rescued = int(np.count_nonzero(traj.rescues[1:]))
         halved = int(np.count_nonzero(traj.substeps[1:]))
         table.add_row("rescued, substepped", f"{rescued}, {halved} of {n}")
+        lost = int(np.sum(traj.lost_impacts[1:]))
+        if lost:
+            table.add_row("pushes without percussion", f"{lost} (active_set = end loses impacts)")
         table.add_row("µs per step", f"{traj.seconds / n * 1e6:.3g} (wall, from Python)")
     console.print(table)
 

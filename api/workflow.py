@@ -58,7 +58,12 @@ def build(
     files = _render(model, stages, scheme, velocity_constraints, prefix, precision)
     folder = cache_folder(files)
     if not (folder / "manifest.json").is_file():
-        emit.write(files, folder)
+        try:
+            emit.write(files, folder)
+        except GenerationError:
+            # Another process may have written the same content in the meantime.
+            if not (folder / "manifest.json").is_file():
+                raise
     return load(folder)
 
 
