@@ -20,7 +20,7 @@ typedef SG(real) real;
 #define SG_HUGE DBL_MAX
 #define SG_SQRT(x) sqrt(x)
 #define SG_FABS(x) fabs(x)
-#define SG_TOLERANCE (65536.0 * DBL_EPSILON)
+#define SG_TOLERANCE (4096.0 * DBL_EPSILON)
 #define SG_STAGNATION (67108864.0 * DBL_EPSILON)
 #define SG_CHECK (268435456.0 * DBL_EPSILON)
 #define SG_RANK (1048576.0 * DBL_EPSILON)
