@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 import signorini as sg
 
-ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import branch_coverage
+
+ROOT = Path(__file__).resolve().parent.parent
 
 # A cache of its own: nothing compiled earlier may hide a fault.
 os.environ.setdefault(
@@ -49,3 +51,10 @@ def stepper() -> Callable[..., sg.Stepper]:
         return sg.build(model(), stages=stages)
 
     return make
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Branches of the C runtime that its unit tests took in this run."""
+    if any("test_step_and_branches" in r.nodeid for r in terminalreporter.getreports("passed")):
+        terminalreporter.section("branches of runtime/c taken by its unit tests")
+        terminalreporter.write(branch_coverage.REPORT.read_text())

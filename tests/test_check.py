@@ -11,9 +11,10 @@ import pytest
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, slider_crank, slope
 from signorini.verify.check import Checker
-from trap_models import TRAPS, mixed_contacts, one_coordinate
+from trap_models import TRAPS, forms, forty_coordinates, mixed_contacts, one_coordinate
 
 FAST = (bouncing_ball.model, slope.model, box.model, *TRAPS)
+LARGE = (slider_crank.model, box_in_space.model, forms, forty_coordinates)
 
 
 def identify(value: object) -> str:
@@ -32,7 +33,7 @@ def test_models_pass(make: Callable[[], sg.Model]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", (*FAST, slider_crank.model, box_in_space.model), ids=identify)
+@pytest.mark.parametrize("make", (*FAST, *LARGE), ids=identify)
 def test_every_model_passes_for_two_to_five_stages(make: Callable[[], sg.Model]) -> None:
     report = sg.check(make(), stages=(2, 3, 4, 5), sanitize=True)
     assert report, failures(report)

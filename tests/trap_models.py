@@ -206,6 +206,42 @@ def chain(links: int = 10) -> sg.Model:
     return m
 
 
+def forty_coordinates() -> sg.Model:
+    """A net of twenty particles: stiff cubic springs, a rod, a driven node, floor and walls."""
+    m = sg.Model("forty_coordinates")
+    q = m.coordinates(" ".join(f"x_{k} y_{k}" for k in range(20)))
+    v = m.velocities
+    k_1, k_3, grav, c, mu, e = m.parameters(k_1=80.0, k_3=5.0, grav=9.81, c=0.1, mu=0.3, e=0.5)
+    (wind,) = m.inputs("wind")
+    x, y = q[0::2], q[1::2]
+    # Mass grows along the net; neighbours share some inertia, so that M is not diagonal.
+    T: sp.Expr = sum(((1 + sp.Rational(k, 40)) * v[k] ** 2 / 2 for k in range(40)), sp.Integer(0))
+    V: sp.Expr = sum((grav * (1 + sp.Rational(k, 20)) * y[k] for k in range(20)), sp.Integer(0))
+    links = [(k, k + 1) for k in range(19) if k % 5 != 4] + [(k, k + 5) for k in range(15)]
+    for a, b in links:
+        stretch = (x[a] - x[b]) ** 2 + (y[a] - y[b]) ** 2 - 1
+        V += k_1 / 8 * stretch**2 + k_3 / 4 * (x[a] - x[b]) ** 4
+        T += (v[2 * a] + v[2 * b] + x[a] * v[2 * b + 1] / 5) ** 2 / 20
+    m.lagrangian = T - V
+    m.force([wind * (1 + y[k // 2]) if k % 2 == 0 else -c * v[k] ** 3 for k in range(40)])
+    m.constraint("rod", (x[0] - x[6]) ** 2 + (y[0] - y[6]) ** 2 - 2)
+    m.constraint("drive", y[15] - 4 - sp.sin(3 * m.time) / 10)
+    for k in (0, 2, 4):
+        m.contact(
+            f"floor_{k}",
+            g_N=y[k] - sp.cos(x[k]) / 10,
+            gamma_F=v[2 * k] - sp.Rational(k, 10),
+            mu=mu,
+            e_N=e,
+        )
+    m.contact("wall", g_N=x[10] + (7 - y[10]) / 20, gamma_F=v[21], mu=2 * mu, e_N=0)
+    m.initial_state(
+        q=[value for k in range(20) for value in (k % 5, k // 5 + 1)],
+        v=[sp.Rational(3, 10) if k == 31 else 0 for k in range(40)],
+    )
+    return m
+
+
 TRAPS = (
     rheonomic,
     mixed_contacts,

@@ -1,0 +1,689 @@
+/* Unit tests of the solver on any model, compiled with its generated stepper (prefix m), included
+   as it is so that static functions can be called: Newton matrix and direction against difference
+   quotients and against the equations they solve, the checker on every solution spoiled in one
+   number, limits and failures of every loop. */
+#include "m.c"
+
+#include <stdio.h>
+#include <string.h>
+
+static int failures = 0;
+/* free, zero, slip rows; directions; spoiled numbers; steps; rescued; lost impacts */
+static int counted[8];
+
+#define ENSURE(condition)                                                        \
+    do {                                                                         \
+        if (!(condition)) {                                                      \
+            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
+            ++failures;                                                          \
+        }                                                                        \
+    } while (0)
+
+#define ROWS (SG_NL_TOTAL > 0 ? SG_NL_TOTAL : 1)
+#define SLOPES SG_NX_TOTAL
+#define INPUTS (SG_NU > 0 ? SG_NU : 1)
+
+static m_work work, other;
+static m_params par;
+static m_options opt;
+static m_state state;
+static m_info info;
+static double u[INPUTS];
+
+/* A small deterministic generator, uniform in [-1, 1]. */
+static unsigned long seed = 2463534242UL;
+static double uniform(void) {
+    seed = (1103515245UL * seed + 12345UL) & 0x7fffffffUL;
+    return 2.0 * (double)seed / 2147483647.0 - 1.0;
+}
+
+/* A start near the model's own one. Its velocities are drawn where no constraint forbids it. */
+static void draw_start(void) {
+    double t, q[SG_NQ], v[SG_NQ];
+    int j;
+    m_initial_state(&par, &t, q, v);
+    for (j = 0; j < SG_NQ; ++j) {
+        if (SG_NG + SG_NGAMMA == 0) {
+            v[j] += 2.0 * uniform();
+        }
+    }
+    for (j = 0; j < INPUTS; ++j) {
+        u[j] = uniform();
+    }
+    ENSURE(m_set_state(&state, t + uniform(), q, v) == M_OK);
+}
+
+/* A step opened by hand: start, masses, prox parameters; all contacts take part. */
+static void open_step(double h) {
+    int k, problem;
+    work.t = state.t;
+    work.h = h;
+    work.friction = 1.0;
+    sg_copy(SG_NQ, state.q, work.q);
+    sg_copy(SG_NQ, state.v, work.v);
+    sg_copy(SG_NU, u, work.u);
+    m_start(&work, &par);
+    ENSURE(sg_masses(&work));
+    for (k = 0; k < SG_NK; ++k) {
+        work.exists[k] = work.active[k] = 1;
+    }
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        sg_prox_parameters(&work, &opt, problem);
+    }
+}
+
+static void draw_unknowns(int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    int i;
+    for (i = 0; i < pr->n_x; ++i) {
+        work.x[pr->x + i] = state.v[i % SG_NQ] + 0.3 * uniform();
+    }
+    for (i = 0; i < pr->n_slots * SG_NC; ++i) {
+        work.lambda[pr->lambda + i] = 0.4 * uniform();
+    }
+}
+
+/* A, B, C and the derivatives of the contact rows against central differences. */
+static void test_newton_matrix(void) {
+    int trial, problem, i, k;
+    for (trial = 0; trial < 40; ++trial) {
+        draw_start();
+        open_step(0.02);
+        draw_unknowns(0);
+        sg_evaluate(&work, &par, 0);
+        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n_lambda = pr->n_slots * SG_NC;
+            const double eps = 1e-6;
+            static double dr[SG_NX_TOTAL], dphi[ROWS], zero[SG_NX_TOTAL], r_plus[SG_NX_TOTAL];
+            static double phi_plus[ROWS];
+            static int kind[ROWS];
+            int same = 1;
+            draw_unknowns(problem);
+            sg_evaluate(&work, &par, problem);
+            m_derivatives(&work, &par, problem);
+            for (i = 0; i < pr->n_x; ++i) {
+                work.dx[i] = uniform();
+            }
+            for (k = 0; k < n_lambda; ++k) {
+                work.dlambda[k] = uniform();
+                kind[k] = work.kind[k];
+            }
+            for (i = 0; i < pr->n_x; ++i) {
+                dr[i] = sg_dot(pr->n_x, &work.A[i * pr->n_x], work.dx);
+                for (k = 0; k < n_lambda; ++k) {
+                    dr[i] += work.B[k * pr->n_x + i] * work.dlambda[k];
+                }
+            }
+            for (k = 0; k < n_lambda; ++k) {
+                if (kind[k] == SG_ROW_ZERO) {
+                    dphi[k] = work.dlambda[k];
+                } else {
+                    dphi[k] = sg_phi_change(&work, pr, k, work.dx, -1);
+                    for (i = 0; i < n_lambda; ++i) {
+                        dphi[k] += sg_phi_change(&work, pr, k, zero, i) * work.dlambda[i];
+                    }
+                }
+                ++counted[kind[k]];
+            }
+            sg_copy(pr->n_x, &work.x[pr->x], work.x_old);
+            sg_copy(n_lambda, &work.lambda[pr->lambda], work.lambda_old);
+            sg_move(&work, problem, eps);
+            sg_evaluate(&work, &par, problem);
+            sg_copy(pr->n_x, work.r, r_plus);
+            sg_copy(n_lambda, work.phi, phi_plus);
+            for (k = 0; k < n_lambda; ++k) {
+                same = same && kind[k] == work.kind[k];
+            }
+            sg_move(&work, problem, -eps);
+            sg_evaluate(&work, &par, problem);
+            for (k = 0; k < n_lambda; ++k) {
+                same = same && kind[k] == work.kind[k];
+            }
+            for (i = 0; i < pr->n_x; ++i) {
+                const double slope = (r_plus[i] - work.r[i]) / (2.0 * eps);
+                ENSURE(fabs(slope - dr[i]) <= 1e-6 * (1.0 + fabs(slope)));
+            }
+            for (k = 0; k < n_lambda && same; ++k) {
+                const double slope = (phi_plus[k] - work.phi[k]) / (2.0 * eps);
+                ENSURE(fabs(slope - dphi[k]) <= 1e-5 * (1.0 + fabs(slope)));
+            }
+            sg_move(&work, problem, 0.0);
+            sg_evaluate(&work, &par, problem);
+        }
+    }
+}
+
+/* The Newton direction solves the linearised equations it claims to solve. */
+static void test_newton_direction(void) {
+    int trial, problem, i, k;
+    for (trial = 0; trial < 40; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n_lambda = pr->n_slots * SG_NC;
+            draw_unknowns(problem);
+            sg_evaluate(&work, &par, problem);
+            m_derivatives(&work, &par, problem);
+            other = work; /* the factorisation overwrites A */
+            if (sg_newton_direction(&work, &opt, problem, 0) == 0) {
+                double size = 0.0;
+                for (i = 0; i < pr->n_x; ++i) {
+                    size = sg_max(size, fabs(work.dx[i]));
+                }
+                for (k = 0; k < n_lambda; ++k) {
+                    size = sg_max(size, fabs(work.dlambda[k]));
+                }
+                for (i = 0; i < pr->n_x; ++i) {
+                    double sum = other.r[i] + sg_dot(pr->n_x, &other.A[i * pr->n_x], work.dx);
+                    for (k = 0; k < n_lambda; ++k) {
+                        sum += other.B[k * pr->n_x + i] * work.dlambda[k];
+                    }
+                    ENSURE(fabs(sum) <= 1e-9 * (1.0 + size));
+                }
+                for (k = 0; k < n_lambda; ++k) {
+                    static double zero[SG_NX_TOTAL];
+                    double sum = other.phi[k];
+                    if (other.kind[k] == SG_ROW_ZERO) {
+                        sum += work.dlambda[k];
+                    } else {
+                        sum += sg_phi_change(&other, pr, k, work.dx, -1);
+                        for (i = 0; i < n_lambda; ++i) {
+                            sum += sg_phi_change(&other, pr, k, zero, i) * work.dlambda[i];
+                        }
+                    }
+                    ENSURE(fabs(sum) <= 1e-7 * (1.0 + size));
+                }
+                ++counted[3];
+            }
+            work = other;
+            sg_evaluate(&work, &par, problem);
+        }
+    }
+}
+
+static int accepted(void) {
+    m_finish(&work);
+    return sg_check_step(&work, &par, &opt);
+}
+
+/* Steps on the way from the start; each solution is spoiled in one number at a time. */
+static void test_checker(void) {
+    int trial, step, i;
+    for (trial = 0; trial < 6; ++trial) {
+        draw_start();
+        for (step = 0; step < 60; ++step) {
+            sg_reset_info(&info);
+            sg_copy(SG_NU, u, work.u);
+            if (sg_attempt(&work, &state, &par, &opt, &info, state.t, 0.01) != M_OK) {
+                break;
+            }
+            ++counted[5];
+            counted[6] += info.rescues != 0;
+            ENSURE(accepted());
+            if (step % 6 == 0) {
+                other = work;
+                for (i = 0; i < SG_NX_TOTAL; ++i) {
+                    work.x[i] += 1e-3 * (1.0 + fabs(work.x[i]));
+                    ENSURE(!accepted());
+                    work = other;
+                    work.x[i] = i % 2 ? NAN : INFINITY;
+                    ENSURE(!accepted());
+                    work = other;
+                    counted[4] += 2;
+                }
+                for (i = 0; i < SG_NL_TOTAL; ++i) {
+                    work.lambda[i] += 1e-3 * (1.0 + fabs(work.lambda[i]));
+                    ENSURE(!accepted());
+                    work = other;
+                    work.lambda[i] -= 0.1 * (1.0 + fabs(work.lambda[i]));
+                    ENSURE(!accepted());
+                    work = other;
+                    work.lambda[i] = NAN;
+                    ENSURE(!accepted());
+                    work = other;
+                    counted[4] += 3;
+                }
+                ENSURE(accepted());
+            }
+            sg_commit(&state, &work);
+            state.t += 0.01;
+        }
+    }
+}
+
+/* What ends an iteration: a limit, a number that is not finite, a singular matrix. */
+static void test_ends(void) {
+    m_params bad = par;
+    double measure = 0.0;
+    double merit = 0.0;
+    int iterations = 0;
+    int problem;
+    draw_start();
+    open_step(0.02);
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        const sg_problem *pr = &sg_problems[problem];
+        const int n_lambda = pr->n_slots * SG_NC;
+        draw_unknowns(problem);
+        iterations = 0;
+        ENSURE(sg_newton(&work, &par, &opt, problem, 0, 0, &iterations, &measure) ==
+               M_NOT_CONVERGED);
+        ENSURE(iterations == 0 && measure > 1.0);
+        work.x[pr->x] = NAN;
+        ENSURE(sg_newton(&work, &par, &opt, problem, 5, 0, &iterations, &measure) == M_NONFINITE);
+        ENSURE(sg_newton(&work, &par, &opt, problem, 5, 1, &iterations, &measure) == M_NONFINITE);
+        ENSURE(sg_residual(&work, &opt, problem, &merit) == SG_HUGE);
+        draw_unknowns(problem);
+        sg_evaluate(&work, &par, problem);
+        if (n_lambda > 0) {
+            work.phi[n_lambda - 1] = INFINITY;
+            ENSURE(sg_residual(&work, &opt, problem, &merit) == SG_HUGE);
+        }
+        /* a smooth block that is singular or not finite */
+        sg_evaluate(&work, &par, problem);
+        m_derivatives(&work, &par, problem);
+        sg_fill(pr->n_x * pr->n_x, 0.0, work.A);
+        ENSURE(sg_newton_direction(&work, &opt, problem, 0) == -1);
+        sg_fill(pr->n_x * pr->n_x, NAN, work.A);
+        ENSURE(sg_newton_direction(&work, &opt, problem, 1) == -1);
+        ENSURE(sg_reduce(&work, problem) == -1);
+        /* one undamped and one damped solution agree */
+        sg_cold_start(&work, problem);
+        if (sg_newton(&work, &par, &opt, problem, 50, 0, &iterations, &measure) == M_OK) {
+            static double found[SG_NX_TOTAL];
+            int i;
+            sg_copy(pr->n_x, &work.x[pr->x], found);
+            sg_cold_start(&work, problem);
+            if (sg_newton(&work, &par, &opt, problem, 50, 1, &iterations, &measure) == M_OK) {
+                for (i = 0; i < pr->n_x; ++i) {
+                    ENSURE(fabs(found[i] - work.x[pr->x + i]) <= 1e-7 * (1.0 + fabs(found[i])));
+                }
+            }
+        }
+        sg_cold_start(&work, problem);
+    }
+    /* parameters that make the masses vanish or not finite */
+    memset(&bad, 0, sizeof bad);
+    ENSURE(m_step(&state, &work, &info, &bad, &opt, u, 0.01) > M_OK_SUBSTEPPED || !M_MASSES);
+    memset(&bad, 0xff, sizeof bad); /* all NaN */
+    ENSURE(m_step(&state, &work, &info, &bad, &opt, u, 0.01) > M_OK_SUBSTEPPED || !M_MASSES);
+    ENSURE(!sg_sweep(&work, &bad, 0, 3) || !M_MASSES);
+    memset(&bad, 0, sizeof bad);
+    if (M_MASSES) {
+        open_step(0.02);
+        draw_unknowns(0);
+        ENSURE(sg_newton(&work, &bad, &opt, 0, 5, 0, &iterations, &measure) == M_SINGULAR);
+        ENSURE(!sg_sweep(&work, &bad, 0, 3));
+    }
+    /* masses: not finite, singular, without a diagonal */
+    open_step(0.01);
+    work.mass[0] = NAN;
+    ENSURE(!sg_masses(&work));
+    open_step(0.01);
+    work.p[0] = INFINITY;
+    ENSURE(!sg_masses(&work));
+    open_step(0.01);
+    sg_fill(SG_NQ * SG_NQ, 0.0, work.mass);
+    ENSURE(!sg_masses(&work));
+    if (SG_NC > 0) {
+        open_step(0.01);
+        sg_fill(SG_NC * SG_NQ, 0.0, work.direction); /* no direction pushes: masses are borrowed */
+        ENSURE(sg_masses(&work) && work.m_eff[0] == work.inertia[0]);
+        sg_fill(SG_NC * SG_NQ, 1e-160, work.direction); /* a mass beyond all numbers */
+        ENSURE(!sg_masses(&work));
+    }
+    if (SG_NQ > 1) {
+        /* a diagonal of zeros: what the rest of the row says */
+        double M[SG_NQ * SG_NQ], inertia[SG_NQ];
+        sg_fill(SG_NQ * SG_NQ, 0.0, M);
+        M[1] = 3.0;
+        M[SG_NQ] = 3.0;
+        sg_inertia(M, inertia);
+        ENSURE(inertia[0] == 3.0 && inertia[1] == 3.0);
+        M[SG_NQ + 1] = 2.0;
+        sg_inertia(M, inertia);
+        ENSURE(inertia[0] == 4.5 && inertia[1] == 2.0);
+    }
+}
+
+/* Percussions of least norm: nothing to choose where they are unique, nothing kept that does not
+   solve the problem, and never a longer vector than before. */
+static void test_least_norm(void) {
+    int trial, problem, i;
+    for (trial = 0; trial < 20; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n_lambda = pr->n_slots * SG_NC;
+            double measure = 0.0;
+            int choice;
+            draw_unknowns(problem);
+            for (i = 0; i < n_lambda; ++i) {
+                work.lambda[pr->lambda + i] = fabs(work.lambda[pr->lambda + i]) + 2.0;
+            }
+            sg_evaluate(&work, &par, problem);
+            other = work;
+            choice = sg_least_norm(&work, &par, &opt, problem, &measure);
+            ENSURE(choice != SG_LEAST_NORM); /* a point that solves nothing stays */
+            for (i = 0; i < n_lambda && choice == SG_AS_FOUND; ++i) {
+                ENSURE(work.lambda[pr->lambda + i] == other.lambda[pr->lambda + i]);
+            }
+            sg_cold_start(&work, problem);
+        }
+    }
+}
+
+/* Any value of any parameter: a step is solved or the state stays; a start is refused or not. */
+static void test_parameters(void) {
+    static const double values[] = {-3.0, 7.0, 0.0, 1e-3, 1e300, -1e300, INFINITY, NAN};
+    double t, q[SG_NQ], v[SG_NQ];
+    int j, k;
+    m_initial_state(&par, &t, q, v);
+    for (j = 0; j < (int)(sizeof par / sizeof(double)); ++j) {
+        for (k = 0; k < 8; ++k) {
+            m_params bad = par;
+            m_state before;
+            int status;
+            memcpy((char *)&bad + (size_t)j * sizeof(double), &values[k], sizeof(double));
+            draw_start();
+            before = state;
+            status = m_step(&state, &work, &info, &bad, &opt, u, 0.01);
+            if (status > M_OK_SUBSTEPPED) {
+                ENSURE(!memcmp(&state, &before, sizeof state));
+            } else {
+                ENSURE(sg_all_finite(SG_NQ, state.q) && sg_all_finite(SG_NQ, state.v));
+            }
+            status = m_init(&state, &bad, &opt, t, q, v);
+            ENSURE(status == M_OK || status == M_NONFINITE || status == M_INCONSISTENT_START);
+            memcpy((char *)&bad + (size_t)j * sizeof(double), &values[7], sizeof(double));
+        }
+    }
+}
+
+/* Small budgets on large steps: halved where the whole step is not solved, and lost impacts are
+   counted under the rule that looks at the end alone. */
+static void test_substeps(void) {
+    int trial, step;
+    int substeps = 0;
+    for (trial = 0; trial < 24; ++trial) {
+        m_options few = opt;
+        few.max_iterations = 2 + trial % 6;
+        few.max_halvings = 1 + trial % 8;
+        few.active_set = trial % 2 ? M_ACTIVE_END : M_ACTIVE_ANY_STAGE;
+        few.tol = trial % 3 ? opt.tol : 0.0;
+        draw_start();
+        for (step = 0; step < 30; ++step) {
+            const m_state before = state;
+            if (m_step(&state, &work, &info, &par, &few, u, 0.08) > M_OK_SUBSTEPPED) {
+                ENSURE(!memcmp(&state, &before, sizeof state));
+                break;
+            }
+            ENSURE(info.substeps <= 1 << few.max_halvings);
+            ENSURE(fabs(state.t - before.t - 0.08) <= 1e-14);
+            substeps += info.substeps;
+            counted[7] += info.lost_impacts;
+        }
+    }
+    ENSURE(substeps > 0);
+}
+
+/* Sweeps solve the linearised problem: a Newton iteration from there needs few steps. */
+static void test_sweeps_and_rescues(void) {
+    int unsolved = 0;
+    int trial, problem;
+    for (trial = 0; trial < 40; ++trial) {
+        m_options few = opt;
+        m_state before;
+        int status;
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+            int iterations = 0;
+            double measure = 0.0;
+            sg_cold_start(&work, problem);
+            ENSURE(sg_sweep(&work, &par, problem, 300));
+            status = sg_newton(&work, &par, &opt, problem, 60, 1, &iterations, &measure);
+            unsolved += status != M_OK;
+        }
+        /* a budget of few iterations: rescues and substeps come in, or the state stays */
+        few.max_iterations = 1 + trial % 5;
+        few.max_halvings = trial % 3;
+        few.active_set = trial % 2 ? M_ACTIVE_END : M_ACTIVE_ANY_STAGE;
+        before = state;
+        status = m_step(&state, &work, &info, &par, &few, u, 0.05);
+        ENSURE(status == info.status);
+        ENSURE(status <= M_OK_SUBSTEPPED ? state.t > before.t
+                                         : !memcmp(&state, &before, sizeof state));
+        few = opt;
+        few.r = 0.7;
+        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
+        few.r = 0.0;
+        few.scaling = M_SCALING_NONE;
+        few.tol = 1e-8;
+        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
+        /* a new size makes the guess stale; a spoiled guess of the same size is rescued */
+        status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
+        if (status == M_OK && state.warm) {
+            sg_fill(SG_NX_TOTAL, NAN, state.x);
+            status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
+            ENSURE(status > M_OK_SUBSTEPPED || info.rescues > 0);
+        }
+    }
+    ENSURE(unsolved <= 4);
+}
+
+static void test_arguments(void) {
+    m_options bad;
+    m_state before;
+    m_record record;
+    double t, q[SG_NQ], v[SG_NQ], inputs[4 * INPUTS];
+    double kept[4 * SG_STAGES * (SG_NQ + SG_ROWS)];
+    double x[SG_NX_TOTAL], lambda[ROWS];
+    int counts[4 * 6];
+    int done = 0;
+    int k;
+    memset(&record, 0, sizeof record);
+    memset(inputs, 0, sizeof inputs);
+    m_initial_state(&par, &t, q, v);
+    ENSURE(m_init(NULL, &par, &opt, t, q, v) == M_BAD_ARGUMENT);
+    ENSURE(m_init(&state, NULL, &opt, t, q, v) == M_BAD_ARGUMENT);
+    ENSURE(m_init(&state, &par, NULL, t, q, v) == M_BAD_ARGUMENT);
+    ENSURE(m_init(&state, &par, &opt, t, NULL, v) == M_BAD_ARGUMENT);
+    ENSURE(m_init(&state, &par, &opt, t, q, NULL) == M_BAD_ARGUMENT);
+    ENSURE(m_init(&state, &par, &opt, INFINITY, q, v) == M_BAD_ARGUMENT);
+    q[0] = NAN;
+    ENSURE(m_init(&state, &par, &opt, t, q, v) == M_BAD_ARGUMENT);
+    m_initial_state(&par, &t, q, v);
+    v[0] = NAN;
+    ENSURE(m_init(&state, &par, &opt, t, q, v) == M_BAD_ARGUMENT);
+    m_initial_state(&par, &t, q, v);
+    for (k = 0; k < 10; ++k) {
+        bad = opt;
+        switch (k) {
+            case 0:
+                bad.tol = -1.0;
+                break;
+            case 1:
+                bad.tol = INFINITY;
+                break;
+            case 2:
+                bad.r = -1.0;
+                break;
+            case 3:
+                bad.r = INFINITY;
+                break;
+            case 4:
+                bad.max_iterations = 0;
+                break;
+            case 5:
+                bad.max_halvings = -1;
+                break;
+            case 6:
+                bad.max_halvings = 11;
+                break;
+            case 7:
+                bad.active_set = 2;
+                break;
+            case 8:
+                bad.scaling = 2;
+                break;
+            default:
+                bad.scaling = M_SCALING_NONE;
+                bad.tol = 0.0;
+                break;
+        }
+        ENSURE(m_init(&state, &par, &bad, t, q, v) == M_BAD_ARGUMENT);
+    }
+    ENSURE(m_init(&state, &par, &opt, t, q, v) == M_OK);
+    before = state;
+    ENSURE(m_step(NULL, &work, &info, &par, &opt, inputs, 0.01) == M_BAD_ARGUMENT);
+    ENSURE(m_step(&state, NULL, &info, &par, &opt, inputs, 0.01) == M_BAD_ARGUMENT);
+    ENSURE(m_step(&state, &work, NULL, &par, &opt, inputs, 0.01) == M_BAD_ARGUMENT);
+    ENSURE(m_step(&state, &work, &info, NULL, &opt, inputs, 0.01) == M_BAD_ARGUMENT);
+    ENSURE(m_step(&state, &work, &info, &par, NULL, inputs, 0.01) == M_BAD_ARGUMENT);
+    ENSURE(m_step(&state, &work, &info, &par, &opt, inputs, INFINITY) == M_BAD_ARGUMENT);
+    if (SG_NU > 0) {
+        ENSURE(m_step(&state, &work, &info, &par, &opt, NULL, 0.01) == M_BAD_ARGUMENT);
+        ENSURE(m_simulate(&state, &work, &info, &par, &opt, NULL, 0.01, 1, 1, NULL, &done) ==
+               M_BAD_ARGUMENT);
+        inputs[0] = NAN;
+        ENSURE(m_step(&state, &work, &info, &par, &opt, inputs, 0.01) == M_NONFINITE);
+        inputs[0] = 0.0;
+    }
+    for (k = 0; k < 3; ++k) {
+        m_state spoiled = state;
+        *(k == 0 ? &spoiled.q[0] : k == 1 ? &spoiled.v[SG_NQ - 1] : &spoiled.t) = NAN;
+        ENSURE(m_step(&spoiled, &work, &info, &par, &opt, inputs, 0.01) == M_NONFINITE);
+    }
+    ENSURE(!memcmp(&before, &state, sizeof state));
+    ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, 4, 1, NULL, NULL) ==
+           M_BAD_ARGUMENT);
+    ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, 4, 0, NULL, &done) ==
+           M_BAD_ARGUMENT);
+    ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, -0.01, 4, 1, NULL, &done) ==
+               M_BAD_ARGUMENT &&
+           done == 0);
+    ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, -1, 1, NULL, &done) ==
+           M_BAD_ARGUMENT);
+    /* every array of the record, one at a time, every second step */
+    for (k = 0; k < 11; ++k) {
+        static double stage_t[4 * SG_STAGES], stage_q[4 * SG_STAGES * SG_NQ];
+        static double stage_v[4 * SG_STAGES * SG_NQ], stage_R[4 * SG_STAGES * SG_ROWS];
+        memset(&record, 0, sizeof record);
+        record.t = k == 0 ? kept : NULL;
+        record.q = k == 1 ? kept : NULL;
+        record.v = k == 2 ? kept : NULL;
+        record.P = k == 3 ? kept : NULL;
+        record.residual = k == 4 ? kept : NULL;
+        record.smallest_gap = k == 5 ? kept : NULL;
+        record.counts = k == 6 ? counts : NULL;
+        record.stage_t = k >= 7 ? stage_t : NULL; /* all four or none */
+        record.stage_q = k == 7 || k > 8 ? stage_q : NULL;
+        record.stage_v = k == 7 || k > 9 ? stage_v : NULL;
+        record.stage_R = k == 7 ? stage_R : NULL;
+        state = before;
+        ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, 4, 2, &record, &done) ==
+                   M_OK &&
+               done == 4);
+        if (k == 0) {
+            ENSURE(kept[0] == t + 2 * 0.01 && kept[1] == t + 4 * 0.01);
+        } else if (k == 1 || k == 2) {
+            ENSURE(!memcmp(&kept[SG_NQ], k == 1 ? state.q : state.v, sizeof state.q));
+        } else if (k == 6) {
+            ENSURE(counts[6] == info.status && counts[7] == info.iterations);
+        } else if (k == 7) {
+            ENSURE(fabs(stage_t[2 * SG_STAGES - 1] - state.t) <= 1e-15 * (1.0 + fabs(state.t)));
+        }
+    }
+    /* residuals at given unknowns */
+    memset(x, 0, sizeof x);
+    memset(lambda, 0, sizeof lambda);
+    ENSURE(m_problem(NULL, &work, &par, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, NULL, &par, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, NULL, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, NULL, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 0, NULL, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 0, x, NULL) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, -1, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 2, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.0, 0, x, lambda) == M_BAD_ARGUMENT);
+    if (SG_NU > 0) {
+        ENSURE(m_problem(&state, &work, &par, &opt, NULL, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    }
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, SG_PROBLEMS - 1, x, lambda) == M_OK);
+    if (M_MASSES) {
+        m_params none;
+        memset(&none, 0, sizeof none);
+        ENSURE(m_problem(&state, &work, &none, &opt, inputs, 0.01, 0, x, lambda) == M_SINGULAR);
+    }
+    for (k = -1; k <= M_INCONSISTENT_START + 1; ++k) {
+        ENSURE(m_status_text(k)[0] != '\0');
+    }
+}
+
+/* A start off the constraints, inside an obstacle, or where a constraint is not finite. */
+static void test_inconsistent_starts(void) {
+    m_consistency at;
+    double t, q[SG_NQ], v[SG_NQ];
+    int c, j, k;
+    m_initial_state(&par, &t, q, v);
+    m_evaluate_consistency(t, q, v, &par, &at);
+    for (c = 0; c < SG_NG; ++c) {
+        /* along the gradient by 1e-3 */
+        double moved[SG_NQ];
+        for (j = 0; j < SG_NQ; ++j) {
+            moved[j] = q[j] + 1e-3 * at.direction[c * SG_NQ + j];
+        }
+        ENSURE(m_init(&state, &par, &opt, t, moved, v) == M_INCONSISTENT_START);
+        sg_fill(SG_NQ, 1e300, moved);
+        ENSURE(m_init(&state, &par, &opt, t, moved, v) != M_OK);
+    }
+    for (c = 0; c < SG_NORMAL; ++c) {
+        double moved[SG_NQ];
+        for (j = 0; j < SG_NQ; ++j) {
+            moved[j] = v[j] + 1e-3 * at.direction[c * SG_NQ + j];
+        }
+        ENSURE(m_init(&state, &par, &opt, t, q, moved) == M_INCONSISTENT_START);
+        sg_fill(SG_NQ, 1e308, moved);
+        ENSURE(m_init(&state, &par, &opt, t, q, moved) != M_OK);
+    }
+    for (k = 0; k < SG_NK && SG_NORMAL == 0; ++k) {
+        const int n = sg_contacts[k].normal;
+        if (n >= 0) {
+            double moved[SG_NQ];
+            double size = sg_dot(SG_NQ, &at.direction[n * SG_NQ], &at.direction[n * SG_NQ]);
+            const int there = !sg_contacts[k].guarded || at.guard[k] >= 0.0;
+            for (j = 0; j < SG_NQ; ++j) {
+                moved[j] = q[j] - 1.5 * (at.position[n] + 0.1) * at.direction[n * SG_NQ + j] / size;
+            }
+            if (there) {
+                ENSURE(m_init(&state, &par, &opt, t, moved, v) == M_INCONSISTENT_START);
+            }
+        }
+    }
+}
+
+int main(void) {
+    par = m_default_params();
+    opt = m_default_options();
+    opt.max_halvings = 4;
+    test_newton_matrix();
+    test_newton_direction();
+    test_ends();
+    test_checker();
+    test_least_norm();
+    test_sweeps_and_rescues();
+    test_substeps();
+    test_parameters();
+    test_arguments();
+    test_inconsistent_starts();
+    printf(
+        "rows free %d, zero %d, slip %d; directions %d; spoiled %d; steps %d, rescued %d; "
+        "lost impacts %d\n",
+        counted[0], counted[1], counted[2], counted[3], counted[4], counted[5], counted[6],
+        counted[7]);
+    printf("%d failed\n", failures);
+    return failures != 0;
+}

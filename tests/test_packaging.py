@@ -1,0 +1,98 @@
+"""What is installed is what was tested: contents of wheel and sdist, the suite from the wheel."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PYTHONS = ("3.11", "3.12", "3.13")
+# One file of every kind that a command needs when the repository is not there.
+NEEDED = (
+    "api/cli.py",
+    "api/py.typed",
+    "codegen/lobatto.py",
+    "models/slider_crank.py",
+    "runtime/c/sg_newton.c",
+    "runtime/c/sg_real.h",
+    "templates/stepper.c.jinja",
+    "verify/reference.py",
+)
+
+
+def run(*command: object, cwd: Path, env: dict[str, str] | None = None) -> str:
+    result = subprocess.run(
+        [str(c) for c in command], cwd=cwd, env=env, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stdout[-4000:] + result.stderr[-4000:]
+    return result.stdout
+
+
+def clean_copy(folder: Path) -> Path:
+    """The files under version control, without anything that was built."""
+    names = run("git", "ls-files", cwd=ROOT).split()
+    for name in names:
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
+    return folder
+
+
+def interpreter(version: str) -> str:
+    if f"{sys.version_info.major}.{sys.version_info.minor}" == version:
+        return sys.executable
+    roots = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    for found in (shutil.which(f"python{version}"), *sorted(roots.glob(f"{version}.*/bin/python"))):
+        if found and subprocess.run([found, "-c", ""], check=False).returncode == 0:
+            return str(found)
+    pytest.skip(f"python{version} is not installed")
+
+
+def build(kind: str, folder: Path) -> Path:
+    source = clean_copy(folder / "source")
+    run(sys.executable, "-m", "build", f"--{kind}", "--outdir", folder / "dist", cwd=source)
+    (made,) = (folder / "dist").iterdir()
+    return made
+
+
+def test_wheel_and_sdist_are_complete(tmp_path: Path) -> None:
+    with tarfile.open(build("sdist", tmp_path / "s")) as sdist:
+        inside = {name.split("/", 1)[-1] for name in sdist.getnames()}
+        # The sdist alone makes a wheel.
+        sdist.extractall(tmp_path / "unpacked", filter="data")
+    assert set(NEEDED) <= inside, set(NEEDED) - inside
+    (source,) = (tmp_path / "unpacked").iterdir()
+    run(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path / "w", cwd=source)
+    (wheel,) = (tmp_path / "w").iterdir()
+    names = set(zipfile.ZipFile(wheel).namelist())
+    needed = {"signorini/" + name.removeprefix("api/") for name in NEEDED}
+    assert needed <= names, needed - names
+    assert not {n for n in names if n.startswith(("tests", "generated", "docs"))}
+    assert all(n.startswith("signorini") for n in names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", PYTHONS)
+def test_suite_from_the_wheel(version: str, tmp_path: Path) -> None:
+    """The golden files among the tests make this a proof of equal bytes under every Python, too."""
+    python = interpreter(version)
+    wheel = build("wheel", tmp_path / "wheel")
+    run(python, "-m", "venv", tmp_path / "venv", cwd=tmp_path)
+    own = tmp_path / "venv" / "bin" / "python"
+    constraints = ROOT / "constraints.txt"
+    run(own, "-m", "pip", "install", "-q", f"{wheel}[test]", "-c", constraints, cwd=tmp_path)
+    copy = clean_copy(tmp_path / "copy")
+    run("git", "init", "-q", cwd=copy)
+    run("git", "add", ".", cwd=copy)
+    env = os.environ | {
+        "PATH": f"{own.parent}:{os.environ['PATH']}",
+        "SIGNORINI_CACHE": str(tmp_path / "cache"),
+    }
+    where = run(own, "-c", "import signorini; print(signorini.__file__)", cwd=copy, env=env)
+    assert "site-packages" in where
+    print(run(own, "-m", "pytest", "-q", cwd=copy, env=env)[-1500:])
