@@ -55,6 +55,7 @@ def plant(m: Mutant, folder: Path) -> dict[str, str]:
     """A copy of the project with one fault; returns the environment to run it in."""
     for part in (
         "api",
+        "bodies",
         "codegen",
         "models",
         "runtime",
@@ -72,7 +73,7 @@ def plant(m: Mutant, folder: Path) -> dict[str, str]:
     package.mkdir(parents=True)
     for source in (folder / "api").iterdir():
         (package / source.name).symlink_to(source)
-    for part in ("codegen", "models", "runtime", "templates", "verify"):
+    for part in ("bodies", "codegen", "models", "runtime", "templates", "verify"):
         (package / part).symlink_to(folder / part)
     return os.environ | {
         "PYTHONPATH": str(package.parent),

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PARTS = ("codegen", "models", "runtime", "templates", "verify")
+PARTS = ("bodies", "codegen", "models", "runtime", "templates", "verify")
 
 
 def make_tree() -> Path:

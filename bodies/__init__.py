@@ -1,0 +1,24 @@
+"""Rigid bodies, joints, contacts: a layer that writes a model's expressions for the user.
+
+`Planar` and `Spatial` add coordinates, terms of the Lagrangian, forces, constraints and contacts
+to a `signorini.Model`; nothing else changes. Works with SymPy and with CasADi symbols.
+"""
+
+from signorini.bodies import inertia
+from signorini.bodies.frames import Frame, Point
+from signorini.bodies.planar import Planar
+from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
+from signorini.bodies.spatial import Spatial
+
+__all__ = [
+    "Edge",
+    "Ellipsoid",
+    "Frame",
+    "Planar",
+    "Plane",
+    "Point",
+    "Round",
+    "Spatial",
+    "Surface",
+    "inertia",
+]

@@ -1,0 +1,225 @@
+"""What plane and space share: forces, springs, contacts between things."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
+from signorini.bodies.frames import Frame, Point
+from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface, tangents, touch
+from signorini.codegen.errors import ModelError
+from signorini.codegen.model import Model
+
+
+class Scene:
+    """Bodies that write a model: every call adds its terms to the model at once.
+
+    Parameters
+    ----------
+    model : Model
+        Gets coordinates, Lagrangian, forces, constraints and contacts.
+    gravity : sequence of expressions, optional
+        Acceleration of free fall in the fixed frame [m/s^2].
+    """
+
+    dimension: int
+
+    def __init__(self, model: Model, gravity: Sequence[Any] | None = None) -> None:
+        self.model = model
+        self.algebra = algebra_of(model)
+        zero = (0,) * self.dimension
+        self.gravity = zero if gravity is None else self.vector("gravity", gravity)
+        axes = tuple(
+            tuple(int(i == j) for j in range(self.dimension)) for i in range(self.dimension)
+        )
+        spin = (0,) if self.dimension == 2 else zero
+        self.ground = Frame("ground", self.algebra, zero, zero, axes, spin)
+        if model.lagrangian is None:
+            model.lagrangian = 0
+
+    # --- energies and forces ---------------------------------------------------------------------
+
+    def add_energy(self, T: Any, V: Any = 0) -> None:
+        """Add kinetic minus potential energy to the Lagrangian [J]."""
+        self.model.lagrangian = self.model.lagrangian + T - V
+
+    def particle(self, name: str, mass: Any, at: Point | None = None) -> Point:
+        """A point mass with coordinates of its own, or at a given point of a frame."""
+        if at is None:
+            letters = "xyz"[: self.dimension]
+            q = self.model.coordinates(" ".join(f"{name}_{c}" for c in letters))
+            v = self.model.velocities[-self.dimension :]
+            zero_spin = (0,) if self.dimension == 2 else (0, 0, 0)
+            at = Frame(name, self.algebra, q, v, self.ground.axes, zero_spin).point()
+        self.add_energy(
+            mass * dot(at.velocity, at.velocity) / 2, -mass * dot(self.gravity, at.position)
+        )
+        return at
+
+    def force(self, point: Point, force: Sequence[Any], *, local: bool = False) -> None:
+        """A force [N] on a point, in components of the fixed frame or of the point's own."""
+        F = self.vector("force", force)
+        if local:
+            F = point.frame.direction(*F)
+        self._work(point.velocity, F)
+
+    def torque(self, frame: Frame, torque: Any, against: Frame | None = None) -> None:
+        """A torque [N m] on a frame and its reaction on another; in space in the fixed frame."""
+        components = (torque,) if self.dimension == 2 else self.vector("torque", torque)
+        spin = frame.spin if against is None else subtract(frame.spin, against.spin)
+        self._work(spin, components)
+
+    def spring(
+        self, one: Point, other: Point, stiffness: Any, length: Any = 0, damping: Any = 0
+    ) -> None:
+        """A spring with damper between two points: k/2 (|r| - l)^2, force -d d|r|/dt along it."""
+        r = subtract(one.position, other.position)
+        if _is_zero(length) and _is_zero(damping):
+            self.add_energy(0, stiffness * dot(r, r) / 2)
+            return
+        distance = self.algebra.sqrt(dot(r, r))
+        self.add_energy(0, stiffness * (distance - length) ** 2 / 2)
+        if not _is_zero(damping):
+            direction = scale(1 / distance, r)
+            rate = dot(direction, subtract(one.velocity, other.velocity))
+            self.actuator(one, other, -damping * rate)
+
+    def actuator(self, one: Point, other: Point, force: Any) -> None:
+        """A force [N] that pushes two points apart, an input for example."""
+        r = subtract(one.position, other.position)
+        direction = scale(1 / self.algebra.sqrt(dot(r, r)), r)
+        self._work(subtract(one.velocity, other.velocity), scale(force, direction))
+
+    def _work(self, velocity: Vector, force: Vector) -> None:
+        """Generalized force sum_i force_i d(velocity_i)/dv; the force may depend on v."""
+        self.model.force(
+            [
+                dot(force, [self.algebra.derivative(c, v) for c in velocity])
+                for v in self.model.velocities
+            ]
+        )
+
+    # --- surfaces and contacts -------------------------------------------------------------------
+
+    def plane(
+        self, point: Point | None = None, normal: Sequence[Any] | None = None, belt: Any = None
+    ) -> Plane:
+        """A plane through a point with a unit normal, fixed to the point's frame.
+
+        By default the ground: through the origin, the last axis up. `normal` has components of the
+        point's frame, `belt` is the velocity of the surface in that frame [m/s].
+        """
+        at = self.ground.point() if point is None else point
+        up = (0,) * (self.dimension - 1) + (1,)
+        n = at.frame.direction(*(up if normal is None else self.vector("normal", normal)))
+        moving = (0,) * self.dimension if belt is None else self.vector("belt", belt)
+        return Plane(at, n, at.frame.direction(*moving))
+
+    def surface(self, phi: Callable[..., Any], frame: Frame | None = None) -> Surface:
+        """The curve or surface phi = 0 in components of a frame; free where phi > 0."""
+        return Surface(self.ground if frame is None else frame, phi)
+
+    def graph(self, height: Callable[..., Any], frame: Frame | None = None) -> Surface:
+        """The curve y = height(x) or the surface z = height(x, y); free above."""
+        return self.surface(lambda *place: place[-1] - height(*place[:-1]), frame)
+
+    def contact(
+        self,
+        name: str,
+        one: Any,
+        other: Any,
+        *,
+        mu: Any = 0,
+        e_N: Any = 0,
+        e_F: Any = 0,
+        guard: Any = None,
+        friction: bool = True,
+    ) -> None:
+        """Contact between two things.
+
+        Parameters
+        ----------
+        one, other : Point or Round or Ellipsoid, and Plane or Round or Surface or Edge
+            Point, round or ellipsoid with plane; round with round; point with curve or surface;
+            point with edge (exists while the point faces the edge).
+        mu, e_N, e_F, guard
+            As in `Model.contact`.
+        friction : bool
+            False leaves out the slip velocity.
+        """
+        kinematics = touch(self.algebra, one, other)
+        if kinematics is None:
+            raise ModelError(
+                self.model.name,
+                f"contact '{name}'",
+                f"there is no rule for {type(one).__name__} with {type(other).__name__}",
+                "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
+                "Edge; or write g_N and gamma_F yourself with Model.contact",
+            )
+        gamma_F = None
+        if friction:
+            gamma_F = [
+                dot(t, kinematics.velocity) for t in tangents(self.algebra, kinematics.normal)
+            ]
+        if kinematics.guard is not None:
+            guard = (
+                kinematics.guard if guard is None else self.algebra.minimum(kinematics.guard, guard)
+            )
+        self.model.contact(
+            name, g_N=kinematics.gap, gamma_F=gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard
+        )
+
+    def rolling(self, name: str, one: Round | Ellipsoid, other: Plane | Round) -> None:
+        """Rolling without slip as a velocity constraint; add what keeps the bodies together."""
+        kinematics = touch(self.algebra, one, other)
+        if kinematics is None:
+            raise ModelError(
+                self.model.name,
+                f"rolling '{name}'",
+                f"{type(one).__name__} on {type(other).__name__}",
+                "Give a Round or Ellipsoid and a Plane, or two Rounds",
+            )
+        slip = [dot(t, kinematics.velocity) for t in tangents(self.algebra, kinematics.normal)]
+        self.model.velocity_constraint(name, slip)
+
+    def touching(self, name: str, one: Any, other: Any) -> None:
+        """A contact that never opens: its gap as a bilateral constraint."""
+        kinematics = touch(self.algebra, one, other)
+        if kinematics is None:
+            raise ModelError(
+                self.model.name,
+                f"constraint '{name}'",
+                f"there is no gap between {type(one).__name__} and {type(other).__name__}",
+                "Give a pair that Scene.contact knows",
+            )
+        self.model.constraint(name, kinematics.gap)
+
+    def coincide(self, name: str, one: Point, other: Point) -> None:
+        """Two points stay together: a revolute joint in the plane, a spherical one in space."""
+        self.model.constraint(name, subtract(one.position, other.position))
+
+    # --- frames whose motion is given ------------------------------------------------------------
+
+    def _rates(self, expressions: Sequence[Any]) -> Vector:
+        return tuple(total_derivative(self.model, e) for e in expressions)
+
+    def vector(self, what: str, components: Sequence[Any]) -> Vector:
+        """Check the number of components."""
+        entries = tuple(components)
+        if len(entries) != self.dimension:
+            raise ModelError(
+                self.model.name,
+                what,
+                f"has {len(entries)} components",
+                f"Give {self.dimension}",
+            )
+        return entries
+
+
+def polygon_edges(corners: Sequence[Point], depth: Any) -> list[Edge]:
+    """Edges of a polygon whose corners are given clockwise, so that outside is on the left."""
+    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
+    return [Edge(a, b, depth) for a, b in pairs]
+
+
+def _is_zero(x: Any) -> bool:
+    return isinstance(x, (int, float)) and x == 0

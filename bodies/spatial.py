@@ -1,0 +1,228 @@
+"""Bodies in space: position and unit quaternion, or poses given by coordinates of one's own."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from signorini.bodies.algebra import Matrix, Vector, dot, scale, subtract
+from signorini.bodies.frames import Frame, Point, turned_in_space
+from signorini.bodies.scene import Scene
+from signorini.bodies.shapes import perpendicular
+from signorini.codegen.errors import ModelError
+
+
+class Spatial(Scene):
+    """Bodies, joints and contacts in space.
+
+    A body has the coordinates x y z and a quaternion p0 p1 p2 p3 of length one, kept by a bilateral
+    constraint. The kinetic energy contains tr(J) (p . p_dot)^2, zero on the constraint, which makes
+    the mass matrix regular.
+    """
+
+    dimension = 3
+
+    def __init__(self, model: Any, gravity: Sequence[Any] | None = None) -> None:
+        super().__init__(model, gravity)
+        self._quaternions: dict[str, tuple[list[str], Vector]] = {}
+
+    def body(
+        self,
+        name: str,
+        mass: Any,
+        inertia: Sequence[Any],
+        *,
+        coordinates: str | None = None,
+        frame: Frame | None = None,
+    ) -> Frame:
+        """A rigid body whose centre of mass is the frame's origin, its axes principal.
+
+        Parameters
+        ----------
+        name : str
+            Coordinates are ``name_x name_y name_z name_p0 ... name_p3``.
+        mass : expression
+            [kg]
+        inertia : three expressions
+            Principal moments about the axes of the body [kg m^2].
+        coordinates : str, optional
+            Other names for the seven coordinates.
+        frame : Frame, optional
+            A frame that moves with other coordinates (see `frame`): the body gets none of its own.
+        """
+        J = self.vector(f"inertia of body '{name}'", inertia)
+        if frame is not None:
+            T = mass * dot(frame.velocity, frame.velocity) / 2
+            omega = frame.components(frame.spin)
+            T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
+            self.add_energy(T, -mass * dot(self.gravity, frame.origin))
+            return frame
+        names = coordinates or " ".join(f"{name}_{c}" for c in "x y z p0 p1 p2 p3".split())
+        q = self.model.coordinates(names)
+        if len(q) != 7:
+            raise ModelError(
+                self.model.name,
+                f"body '{name}'",
+                f"{len(q)} coordinates are named",
+                "Name seven: x y z p0 p1 p2 p3",
+            )
+        v = self.model.velocities[-7:]
+        r, p = q[:3], q[3:]
+        r_dot, p_dot = v[:3], v[3:]
+        self._quaternions[name] = (self.model.coordinate_names[-4:], J)
+        # Angular velocity in the body's frame: omega = 2 H(p) p_dot.
+        omega = tuple(2 * dot(row, p_dot) for row in _H(p))
+        self.model.constraint(f"{name}_unit", dot(p, p) - 1)
+        T = mass * dot(r_dot, r_dot) / 2
+        T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
+        T = T + (J[0] + J[1] + J[2]) * dot(p, p_dot) ** 2
+        self.add_energy(T, -mass * dot(self.gravity, r))
+        A = _rotation(p)
+        spin = tuple(dot(row, omega) for row in A)
+        return Frame(name, self.algebra, r, r_dot, A, spin)
+
+    def frame(
+        self,
+        name: str,
+        axis: Sequence[Any] = (0, 0, 1),
+        angle: Any = 0,
+        at: Sequence[Any] = (0, 0, 0),
+        parent: Frame | None = None,
+    ) -> Frame:
+        """A frame turned by `angle` about a unit axis of `parent`, its origin at `at` there.
+
+        Expressions of t and q; several in a row make Euler or Cardan angles.
+        """
+        slide = self._rates(self.vector(f"frame '{name}'", at))
+        (rate,) = self._rates([angle])
+        base = self.ground if parent is None else parent
+        unit = self.vector(f"axis of frame '{name}'", axis)
+        return turned_in_space(name, base, unit, angle, rate, tuple(at), slide)
+
+    # --- joints ----------------------------------------------------------------------------------
+
+    def spherical(self, name: str, one: Point, other: Point) -> None:
+        """Ball joint: the points stay together."""
+        self.coincide(name, one, other)
+
+    def revolute(
+        self,
+        name: str,
+        one: Point,
+        other: Point,
+        axis: Sequence[float],
+        other_axis: Sequence[float] | None = None,
+    ) -> None:
+        """Hinge about an axis fixed to both frames, given in components of each."""
+        a = self._axis(name, axis)
+        b = a if other_axis is None else self._axis(name, other_axis)
+        apart = subtract(one.position, other.position)
+        self.model.constraint(name, [*apart, *self._parallel(one.frame, a, other.frame, b)])
+
+    def universal(
+        self,
+        name: str,
+        one: Point,
+        other: Point,
+        axis: Sequence[float],
+        other_axis: Sequence[float],
+    ) -> None:
+        """Cardan joint: an axis of each frame, perpendicular to each other."""
+        a, b = self._axis(name, axis), self._axis(name, other_axis)
+        apart = subtract(one.position, other.position)
+        cosine = dot(one.frame.direction(*a), other.frame.direction(*b))
+        self.model.constraint(name, [*apart, cosine])
+
+    def prismatic(self, name: str, one: Point, other: Point, axis: Sequence[float]) -> None:
+        """Slider: `one` moves along an axis through `other`; both frames stay parallel."""
+        a = self._axis(name, axis)
+        apart = subtract(one.position, other.position)
+        across = [dot(other.frame.direction(*b), apart) for b in perpendicular(a)]
+        self.model.constraint(name, [*across, *self._aligned(one.frame, other.frame)])
+
+    def rigid(self, name: str, one: Point, other: Point) -> None:
+        """Weld: the points stay together and the frames parallel (turn one with `frame`)."""
+        apart = subtract(one.position, other.position)
+        self.model.constraint(name, [*apart, *self._aligned(one.frame, other.frame)])
+
+    def _axis(self, name: str, axis: Sequence[float]) -> Vector:
+        a = self.vector(f"axis of joint '{name}'", axis)
+        if not all(isinstance(c, (int, float)) for c in a) or dot(a, a) == 0:
+            raise ModelError(
+                self.model.name, f"axis of joint '{name}'", f"is {a}", "Give three numbers"
+            )
+        return a if dot(a, a) == 1 else scale(1 / dot(a, a) ** 0.5, a)
+
+    def _parallel(self, one: Frame, a: Vector, other: Frame, b: Vector) -> list[Any]:
+        axis = other.direction(*b)
+        return [dot(one.direction(*c), axis) for c in perpendicular(a)]
+
+    def _aligned(self, one: Frame, other: Frame) -> list[Any]:
+        pairs = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, 1)), ((0, 0, 1), (1, 0, 0)))
+        return [dot(one.direction(*a), other.direction(*b)) for a, b in pairs]
+
+    # --- start -----------------------------------------------------------------------------------
+
+    def initial_state(
+        self,
+        q: Mapping[str, Any],
+        v: Mapping[str, Any] | None = None,
+        *,
+        attitude: Mapping[str, tuple[Sequence[Any], Any]] | None = None,
+        spin: Mapping[str, Sequence[Any]] | None = None,
+        t: Any = 0,
+    ) -> None:
+        """Set the model's initial state; quaternions from attitudes, their rates from spins.
+
+        Parameters
+        ----------
+        q, v : mapping from coordinate name
+            The rest is zero.
+        attitude : mapping from body name to (unit axis, angle [rad]), optional
+            Bodies that are not named are not turned.
+        spin : mapping from body name to three components in the body's frame [rad/s], optional
+            Initial angular velocities.
+        """
+        q_all, v_all = dict(q), dict(v or {})
+        attitude, spin = dict(attitude or {}), dict(spin or {})
+        for given in (attitude, spin):
+            for name in given:
+                if name not in self._quaternions:
+                    raise ModelError(
+                        self.model.name,
+                        "initial_state",
+                        f"there is no body '{name}' with a quaternion",
+                        f"Bodies are: {', '.join(self._quaternions)}",
+                    )
+        for name, (names, _J) in self._quaternions.items():
+            axis, angle = attitude.get(name, ((0, 0, 1), 0))
+            unit = self.vector(f"attitude of '{name}'", axis)
+            if _is_number(angle):
+                angle = angle * 1.0
+            half = angle / 2
+            c, s = self.algebra.cos(half), self.algebra.sin(half)
+            p: Vector = (1, 0, 0, 0) if angle == 0 else (c, *(s * x for x in unit))
+            q_all.update({n: x for n, x in zip(names, p, strict=True) if n not in q})
+            if name in spin:
+                omega = self.vector(f"spin of '{name}'", spin[name])
+                # p_dot = H(p)^T omega / 2
+                for k, n in enumerate(names):
+                    v_all[n] = dot([row[k] for row in _H(p)], omega) / 2
+        self.model.initial_state(q=q_all, v=v_all, t=t)
+
+
+def _is_number(x: Any) -> bool:
+    return isinstance(x, (int, float))
+
+
+def _H(p: Sequence[Any]) -> Matrix:
+    p0, p1, p2, p3 = p
+    return ((-p1, p0, p3, -p2), (-p2, -p3, p0, p1), (-p3, p2, -p1, p0))
+
+
+def _rotation(p: Sequence[Any]) -> Matrix:
+    """Rotation matrix of a unit quaternion."""
+    p0, p1, p2, p3 = p
+    return (
+        (p0**2 + p1**2 - p2**2 - p3**2, 2 * (p1 * p2 - p0 * p3), 2 * (p1 * p3 + p0 * p2)),
+        (2 * (p1 * p2 + p0 * p3), p0**2 - p1**2 + p2**2 - p3**2, 2 * (p2 * p3 - p0 * p1)),
+        (2 * (p1 * p3 - p0 * p2), 2 * (p2 * p3 + p0 * p1), p0**2 - p1**2 - p2**2 + p3**2),
+    )
