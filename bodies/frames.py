@@ -48,9 +48,9 @@ class Frame:
     def point(self, *place: Any) -> "Point":
         """The point with the given components in this frame; the origin if none are given."""
         if not place:
-            return Point(self, self.origin, self.velocity)
-        position = add(self.origin, self.direction(*place))
-        return Point(self, position, self.velocity_at(position))
+            return Point(self, (0,) * self.dimension, self.origin, self.velocity)
+        arm = self.direction(*place)
+        return Point(self, place, add(self.origin, arm), add(self.velocity, self.turn(arm)))
 
     def direction(self, *components: Any) -> Vector:
         """A vector with components in this frame, in components of the fixed frame."""
@@ -79,9 +79,10 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point fixed to a frame: position and velocity in the fixed frame."""
+    """A point fixed to a frame: its place there, position and velocity in the fixed frame."""
 
     frame: Frame
+    place: Vector
     position: Vector
     velocity: Vector
 

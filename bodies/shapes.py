@@ -46,14 +46,16 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """An edge of a polygon from one point to another; the free side is on the left of it.
+    """An edge between two points of one frame; going along it, the free side is on the left.
 
-    `depth` is how far behind the edge a corner still counts as touching it [m].
+    `depth` is how far behind the edge, `beyond` how far beyond its ends a corner still counts as
+    touching it [m].
     """
 
     start: Point
     end: Point
     depth: Any
+    beyond: Any = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +132,16 @@ def _with_surface(algebra: Algebra, one: Point, surface: Surface) -> Touch:
 
 
 def _with_edge(algebra: Algebra, one: Point, edge: Edge) -> Touch:
-    along = subtract(edge.end.position, edge.start.position)
+    frame = edge.start.frame
+    along = subtract(edge.end.place, edge.start.place)
     length = algebra.sqrt(dot(along, along))
-    t = scale(1 / length, along)
+    t = frame.direction(*scale(1 / length, along))
     n = (-t[1], t[0])
     apart = subtract(one.position, edge.start.position)
     gap, place = dot(n, apart), dot(t, apart)
     inside = algebra.minimum(place, length - place)
-    guard = algebra.minimum(inside, gap + edge.depth)
-    velocity = subtract(one.velocity, edge.start.frame.velocity_at(one.position))
+    guard = algebra.minimum(inside + edge.beyond, gap + edge.depth)
+    velocity = subtract(one.velocity, frame.velocity_at(one.position))
     return Touch(gap, n, velocity, guard)
 
 

@@ -7,6 +7,7 @@ A name is a base quantity with derivative suffixes: ``g_N_q`` is the Jacobian of
 from dataclasses import dataclass
 
 import casadi as ca
+from signorini.codegen.magnitude import magnitude
 from signorini.codegen.model_data import ModelData
 
 
@@ -23,6 +24,9 @@ QUANTITIES: dict[str, Quantity] = {
     "energy": Quantity("E = p^T v - L", "energy"),
     "p": Quantity("p = (dL/dv)^T  (6)", "generalized momenta"),
     "L_q": Quantity("(dL/dq)^T", "generalized forces contained in L"),
+    "force_size": Quantity(
+        "|(dL/dq)^T| + |f|, term by term", "size of the generalized forces before they cancel"
+    ),
     "f": Quantity("f(t, q, v, u)", "generalized forces that L does not contain"),
     "g": Quantity("g(t, q) = 0  (13)", "position constraints"),
     "g_dot": Quantity("g_dot = W_g^T v + dg/dt", "velocities of the position constraints"),
@@ -112,6 +116,9 @@ class Derivation:
 
     def _L_q(self) -> ca.SX:
         return ca.densify(ca.gradient(self.data.L, self.data.q))
+
+    def _force_size(self) -> ca.SX:
+        return magnitude(self["L_q"]) + magnitude(ca.densify(self["f"]))
 
     def _f(self) -> ca.SX:
         return self.data.f

@@ -76,7 +76,7 @@ class _Lobatto:
             {
                 name: d[name]
                 for name in (
-                    *("L_q", "f", "chi_g", "chi_gamma", "chi_N", "chi_F"),
+                    *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
                     *("guard", "mu", "e_N", "e_F"),
                 )
             },
@@ -194,8 +194,7 @@ class _Lobatto:
                 ),
                 matrix("w->direction", W.T, "W^T at t_n, row by row"),
                 dense("w->drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
-                dense("w->L_q", opening["L_q"], "(dL/dq)^T at t_n"),
-                dense("w->f", opening["f"], "f at t_n"),
+                dense("w->force_size", opening["force_size"], "size of dL/dq and f at t_n"),
                 dense("w->p", self.p_n, "p(t_n, q_n, v_n)"),
                 dense("w->mu", opening["mu"], "friction coefficients"),
                 dense("w->e_N", opening["e_N"], "normal restitution"),

@@ -27,6 +27,15 @@ class ContactDeclaration:
         return "friction" if self.g_N is None else "contact"
 
 
+@dataclass(frozen=True)
+class Shape:
+    """What `Model.shape` was called with: for pictures only."""
+
+    points: tuple[tuple[Any, ...], ...]
+    closed: bool
+    radius: Any
+
+
 class Model:
     """A mechanical model with constraints and contacts, written symbolically.
 
@@ -83,6 +92,8 @@ class Model:
         self.contacts: list[ContactDeclaration] = []
         self.outputs: list[tuple[str, Any]] = []
         self.start: dict[str, Any] | None = None
+        self.shapes: list[Shape] = []
+        self.suggested: dict[str, float] = {}
         self._taken: dict[str, str] = {"t": "symbol, the time"}
         self._t = self.world.symbol("t")
 
@@ -272,6 +283,26 @@ class Model:
             "v": [0] * n if v is None else self._column("initial_state(v=...)", v),
             "t": t,
         }
+
+    def shape(
+        self, points: Sequence[Sequence[Any]], *, closed: bool = False, radius: Any = None
+    ) -> None:
+        """Add a line through points, or circles around them, to pictures of the model.
+
+        Parameters
+        ----------
+        points : sequence of points with 2 or 3 expressions of t, q and parameters
+            [m]
+        closed : bool
+            Join the last point to the first.
+        radius : expression of parameters, optional
+            Draw circles of this radius around the points instead.
+        """
+        self.shapes.append(Shape(tuple(tuple(p) for p in points), closed, radius))
+
+    def suggest(self, *, dt: float, t_end: float) -> None:
+        """Suggest step size and end of a run, the defaults of ``signorini run`` for this model."""
+        self.suggested = {"dt": float(dt), "t_end": float(t_end)}
 
     # --- helpers ---------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ Each world makes symbols and turns the user's expressions into CasADi SX, the on
 representation from there on.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -44,7 +45,7 @@ class World(Protocol):
     name: str
 
     def symbol(self, name: str) -> Any: ...
-    def nonsmooth_part(self, expr: Any) -> str | None: ...
+    def nonsmooth_part(self, expr: Any, constants: Sequence[Any]) -> str | None: ...
     def to_sx(self, model: str, equation: str, expr: Any) -> ca.SX: ...
 
 
@@ -65,9 +66,9 @@ class SymPy:
         """Translate a scalar expression; foreign symbols and functions without C are named."""
         return self._converter.convert(model, equation, expr)
 
-    def nonsmooth_part(self, expr: Any) -> str | None:
-        """The first function outside `smooth` that has a kink or a jump, as text."""
-        return sympy_to_casadi.nonsmooth_part(expr)
+    def nonsmooth_part(self, expr: Any, constants: Sequence[Any]) -> str | None:
+        """The first function of more than `constants` with a kink or a jump outside `smooth`."""
+        return sympy_to_casadi.nonsmooth_part(expr, constants)
 
 
 class CasADi:
@@ -116,8 +117,9 @@ class CasADi:
                 )
         return ca.densify(sx)
 
-    def nonsmooth_part(self, expr: Any) -> str | None:
-        """The first operation outside `smooth` that has a kink or a jump, as text."""
+    def nonsmooth_part(self, expr: Any, constants: Sequence[Any]) -> str | None:
+        """The first operation on more than `constants` with a kink or jump outside `smooth`."""
+        fixed = {symbol.element_hash() for symbol in constants}
         seen: set[int] = set()
         stack = [ca.SX(expr)]
         while stack:
@@ -126,7 +128,9 @@ class CasADi:
             if key in seen or key in _vouched or not node.n_dep():
                 continue
             seen.add(key)
-            if node.op() in _NONSMOOTH_OPERATIONS and ca.symvar(node):
+            if node.op() in _NONSMOOTH_OPERATIONS and any(
+                symbol.element_hash() not in fixed for symbol in ca.symvar(node)
+            ):
                 return str(node)
             stack.extend(node.dep(k) for k in range(node.n_dep()))
         return None

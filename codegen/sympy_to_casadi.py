@@ -1,7 +1,7 @@
 """Translation of SymPy expressions into CasADi SX, node by node, nothing expanded."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import casadi as ca
@@ -60,13 +60,17 @@ _NONSMOOTH = (
 )  # fmt: skip
 
 
-def nonsmooth_part(expr: Any) -> str | None:
-    """Return the first function outside `smooth` that has a kink or a jump, as text."""
+def nonsmooth_part(expr: Any, constants: Iterable[Any] = ()) -> str | None:
+    """Return the first function outside `smooth` that has a kink or a jump, as text.
+
+    What depends on `constants` alone, the parameters, has none.
+    """
+    fixed = set(constants)
     walk = sp.preorder_traversal(sp.sympify(expr))
     for node in walk:
         if isinstance(node, smooth):
             walk.skip()
-        elif isinstance(node, _NONSMOOTH) and node.free_symbols:
+        elif isinstance(node, _NONSMOOTH) and node.free_symbols - fixed:
             return str(node)
     return None
 

@@ -121,7 +121,7 @@ class _Freezer:
                             remedy,
                         )
         if smooth:
-            part = world.nonsmooth_part(expr)
+            part = world.nonsmooth_part(expr, self.model.par)
             if part is not None:
                 raise ModelError(
                     self.name,

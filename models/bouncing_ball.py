@@ -27,4 +27,5 @@ def model() -> sg.Model:
     )
     m.contact("floor", g_N=y - R, gamma_F=vx + R * omega, mu=mu, e_N=e_N)
     m.initial_state(q=[0, 1, 0], v=[0, 0, 50])
+    m.suggest(dt=1e-2, t_end=2)
     return m

@@ -32,4 +32,5 @@ def model() -> sg.Model:
         m.contact(name, g_N=y + r_y, gamma_F=vx - omega * r_y, mu=mu, e_N=e_N, e_F=e_F)
         m.output(f"{name}_x", _x + r_x)
     m.initial_state(q=[0, 0.5, 0.4], v=[0.5, 0, 1])
+    m.suggest(dt=1e-2, t_end=2)
     return m

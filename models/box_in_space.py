@@ -51,4 +51,5 @@ def model() -> sg.Model:
         q=[0, 0, 0.5, sp.cos(0.2), sp.sin(0.2) * 0.6, sp.sin(0.2) * 0.8, 0],
         v=[0.3, 0, 0, 0, 0, 0, 0],
     )
+    m.suggest(dt=5e-3, t_end=1.5)
     return m

@@ -24,4 +24,5 @@ def model() -> sg.Model:
     t_x, t_y = 1 / length, -sp.exp(-x) / length
     m.contact("slope", g_N=t_x * (y - sp.exp(-x)), gamma_F=t_x * vx + t_y * vy, mu=mu)
     m.initial_state(q=[0, 1])
+    m.suggest(dt=1e-2, t_end=3)
     return m

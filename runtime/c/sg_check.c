@@ -20,9 +20,10 @@ static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percus
             sg_small(percussion, scale, SG_C(0.0), opt));
 }
 
-/* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. */
+/* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. `floor`
+   is the round-off of the slip velocity. */
 static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
-                             real radius, real scale, const SG(options) * opt) {
+                             real radius, real scale, real floor, const SG(options) * opt) {
     const real size = sg_norm(n, percussion);
     const real slip = sg_norm(n, gamma);
     const real power = sg_dot(n, gamma, percussion);
@@ -33,8 +34,8 @@ static int sg_check_friction(int n, const real *gamma, real speed, const real *p
     if (size > bound && !sg_small(size - bound, sg_max(scale, bound), SG_C(0.0), opt)) {
         return 0;
     }
-    return sg_small(bound * slip + power, sg_max(scale, bound) * sg_max(speed, slip), SG_C(0.0),
-                    opt);
+    return sg_small(bound * slip + power, sg_max(scale, bound) * sg_max(speed, slip),
+                    sg_max(scale, bound) * floor, opt);
 }
 
 /* Rows of one problem at the solution. */
@@ -58,7 +59,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
         for (c = 0; c < SG_NORMAL; ++c) {
             const int gap = pr->level == SG_POSITION && sg_is_gap_row(c);
             if (!sg_small(w->y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
-                          gap ? w->gap_floor[c] : SG_C(0.0), opt)) {
+                          gap ? w->gap_floor[c] : sg_velocity_floor(w, pr, slot, c), opt)) {
                 return 0;
             }
         }
@@ -96,7 +97,8 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
                 }
             } else if (contact->components > 0 &&
                        !sg_check_friction(contact->components, &w->y[base + f], w->speed[f],
-                                          &lambda[base + f], radius, w->percussion_scale[f], opt)) {
+                                          &lambda[base + f], radius, w->percussion_scale[f],
+                                          sg_velocity_floor(w, pr, slot, f), opt)) {
                 return 0;
             }
         }

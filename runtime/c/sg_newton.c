@@ -59,14 +59,18 @@ static void sg_contact_rows(SG(work) * w, int problem) {
 }
 
 /* Residual in units of its tolerance: at most 1 means solved. `merit` receives the sum of squares
-   in units of the scales. Not finite values give SG_HUGE. */
-static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real *merit) {
+   in units of the scales, `stall` the residual in units of what an iteration may keep that gets no
+   further. Not finite values give SG_HUGE. */
+static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real *merit,
+                        real *stall) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     real worst = SG_C(0.0);
     real sum = SG_C(0.0);
+    real kept = SG_C(0.0);
     int i;
+    *stall = SG_HUGE;
     for (i = 0; i < pr->n_x; ++i) {
         const real size = SG_FABS(w->r[i]);
         const real scale = w->momentum_scale[i % SG_NQ];
@@ -76,6 +80,7 @@ static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real
         if (size > SG_C(0.0)) {
             const real bound = opt->scaling == SG_K(SCALING_NONE) ? opt->tol : tol * scale;
             worst = sg_max(worst, size / bound);
+            kept = sg_max(kept, size / (SG_STAGNATION * scale));
             sum += (size / scale) * (size / scale);
         }
     }
@@ -90,10 +95,12 @@ static real sg_residual(SG(work) * w, const SG(options) * opt, int problem, real
             worst = sg_max(worst, opt->scaling == SG_K(SCALING_NONE)
                                       ? own / opt->tol
                                       : size / (tol * scale + w->phi_floor[i]));
+            kept = sg_max(kept, size / (SG_STAGNATION * scale + SG_BAND * w->rounding[i]));
             sum += (size / scale) * (size / scale);
         }
     }
     *merit = sum;
+    *stall = kept;
     return worst < SG_HUGE ? worst : SG_HUGE;
 }
 
@@ -295,6 +302,21 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
     return hash;
 }
 
+/* Solution of an iteration that gets no further: its nearest point, if that may be kept. */
+static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                           int problem, real nearest, real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
+    real merit, stall;
+    if (nearest > SG_C(1.0) || opt->scaling == SG_K(SCALING_NONE)) {
+        return 0;
+    }
+    sg_copy(pr->n_x, w->x_best, &w->x[pr->x]);
+    sg_copy(pr->n_slots * SG_NC, w->lambda_best, &w->lambda[pr->lambda]);
+    sg_evaluate(w, par, problem);
+    *measure = sg_residual(w, opt, problem, &merit, &stall);
+    return 1;
+}
+
 /* Iterate from the point in work.x, work.lambda. `damped`: search along each direction from the
    start; otherwise only after the contact states went round in a cycle. Adds the iterations to
    *iterations; on success *measure is the residual in units of its tolerance. */
@@ -302,13 +324,15 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
                      int max_iterations, int damped, int *iterations, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     unsigned long seen[4] = {0UL, 1UL, 2UL, 3UL};
     real past[4] = {SG_HUGE, SG_HUGE, SG_HUGE, SG_HUGE};
     real merit = SG_C(0.0);
+    real stall = SG_HUGE;
+    real nearest = SG_HUGE;
+    int since = 0; /* iterations since the nearest point */
     int iteration, i;
     sg_evaluate(w, par, problem);
-    *measure = sg_residual(w, opt, problem, &merit);
+    *measure = sg_residual(w, opt, problem, &merit, &stall);
     w->deficiency = 0;
     for (iteration = 0;; ++iteration) {
         unsigned long now;
@@ -316,10 +340,21 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (!(*measure < SG_HUGE)) {
             return SG_K(NONFINITE);
         }
-        /* Solved, or stalled at the level of round-off. */
-        if (*measure <= SG_C(1.0) || (iteration >= 3 && opt->scaling != SG_K(SCALING_NONE) &&
-                                      *measure > SG_C(0.25) * past[(iteration - 1) % 4] &&
-                                      *measure * tol <= SG_STAGNATION)) {
+        if (*measure <= SG_C(1.0)) {
+            return SG_K(OK);
+        }
+        ++since;
+        if (stall < SG_C(0.25) * nearest) {
+            since = 0;
+        }
+        if (stall < nearest) {
+            nearest = stall;
+            sg_copy(pr->n_x, &w->x[pr->x], w->x_best);
+            sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_best);
+        }
+        /* Stalled at the level of round-off, or going round there. */
+        if (((iteration >= 3 && since > 0) || iteration >= max_iterations) &&
+            sg_keep_nearest(w, par, opt, problem, nearest, measure)) {
             return SG_K(OK);
         }
         if (iteration >= max_iterations) {
@@ -346,7 +381,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (!damped) {
             sg_move(w, problem, SG_C(1.0));
             sg_evaluate(w, par, problem);
-            *measure = sg_residual(w, opt, problem, &merit);
+            *measure = sg_residual(w, opt, problem, &merit, &stall);
         } else {
             const real start = merit;
             real best = SG_HUGE;
@@ -357,7 +392,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
                 sg_move(w, problem, alpha);
                 sg_evaluate(w, par, problem);
                 merit = SG_HUGE;
-                *measure = sg_residual(w, opt, problem, &merit);
+                *measure = sg_residual(w, opt, problem, &merit, &stall);
                 if (*measure < SG_HUGE && merit < best) {
                     best = merit;
                     best_alpha = alpha;
@@ -370,7 +405,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
             if (halving == 6) {
                 sg_move(w, problem, best_alpha);
                 sg_evaluate(w, par, problem);
-                *measure = sg_residual(w, opt, problem, &merit);
+                *measure = sg_residual(w, opt, problem, &merit, &stall);
             }
         }
     }

@@ -35,7 +35,7 @@ static real sg_effective_mass(const real *lu, const int *pivot, const real *iner
 }
 
 /* Inertia, effective masses and the constant part of the momentum scales at the start of the step,
-   from work.start, work.force, work.mass, work.direction. Returns 0 if the mass matrix is singular
+   from work.p, work.force_size, work.mass, work.direction. Returns 0 if the mass matrix is singular
    or anything is not finite. */
 static int sg_masses(SG(work) * w) {
     real reference = SG_C(0.0);
@@ -45,8 +45,7 @@ static int sg_masses(SG(work) * w) {
     for (j = 0; j < SG_NQ; ++j) {
         w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);
         w->pivot_scale[j] = w->root_inertia[j];
-        w->momentum[j] =
-            sg_max(SG_FABS(w->p[j]), w->h * sg_max(SG_FABS(w->L_q[j]), SG_FABS(w->f[j])));
+        w->momentum[j] = sg_max(SG_FABS(w->p[j]), w->h * w->force_size[j]);
     }
     if (!sg_all_finite(SG_NQ, w->root_inertia) || !sg_all_finite(SG_NQ, w->momentum) ||
         !sg_lu_factor(SG_NQ, w->mass_lu, w->pivot_scale, w->mass_pivot)) {
@@ -79,6 +78,14 @@ static int sg_masses(SG(work) * w) {
         w->root_mass[c] = SG_SQRT(w->m_eff[c] / w->m_eff[0]);
     }
     return 1;
+}
+
+/* Round-off of a velocity row of a stage: where gaps are closed to their round-off, velocities of
+   the stages are determined no better. */
+static real sg_velocity_floor(const SG(work) * w, const sg_problem *pr, int slot, int c) {
+    const real *response = sg_response[pr->response + slot];
+    return pr->level == SG_POSITION ? w->gap_floor[c] * response[1] / (w->h * response[0])
+                                    : SG_C(0.0);
 }
 
 /* Scales of the rows of one problem, from the start of the step and the velocities of the current
@@ -121,9 +128,12 @@ static void sg_row_scales(SG(work) * w, int problem) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         for (c = 0; c < SG_NC; ++c) {
             const int n = slot * SG_NC + c;
-            w->phi_floor[n] = SG_FLOOR * w->percussion_scale[c];
+            w->phi_floor[n] = w->rounding[n] = SG_FLOOR * w->percussion_scale[c];
             if (pr->level == SG_POSITION && sg_is_gap_row(c)) {
                 w->phi_floor[n] += w->r_auto[n] * w->gap_floor[c];
+                w->rounding[n] = w->phi_floor[n];
+            } else {
+                w->rounding[n] += w->r_auto[n] * sg_velocity_floor(w, pr, slot, c);
             }
         }
     }

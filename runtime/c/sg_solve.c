@@ -135,7 +135,7 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     const int n_lambda = pr->n_slots * SG_NC;
     real *lambda = &w->lambda[pr->lambda];
     unsigned long state;
-    real merit;
+    real merit, stall;
     int n, rank, a, i;
     sg_evaluate(w, par, problem);
     state = sg_fingerprint(w, n_lambda);
@@ -166,13 +166,13 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     }
     sg_move(w, problem, SG_C(1.0));
     sg_evaluate(w, par, problem);
-    *measure = sg_residual(w, opt, problem, &merit);
+    *measure = sg_residual(w, opt, problem, &merit, &stall);
     if (*measure <= SG_C(1.0) && sg_fingerprint(w, n_lambda) == state) {
         return SG_LEAST_NORM;
     }
     sg_move(w, problem, SG_C(0.0));
     sg_evaluate(w, par, problem);
-    *measure = sg_residual(w, opt, problem, &merit);
+    *measure = sg_residual(w, opt, problem, &merit, &stall);
     return SG_AS_FOUND;
 }
 

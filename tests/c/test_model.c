@@ -258,6 +258,7 @@ static void test_ends(void) {
     m_params bad = par;
     double measure = 0.0;
     double merit = 0.0;
+    double stall = 0.0;
     int iterations = 0;
     int problem;
     draw_start();
@@ -273,12 +274,12 @@ static void test_ends(void) {
         work.x[pr->x] = NAN;
         ENSURE(sg_newton(&work, &par, &opt, problem, 5, 0, &iterations, &measure) == M_NONFINITE);
         ENSURE(sg_newton(&work, &par, &opt, problem, 5, 1, &iterations, &measure) == M_NONFINITE);
-        ENSURE(sg_residual(&work, &opt, problem, &merit) == SG_HUGE);
+        ENSURE(sg_residual(&work, &opt, problem, &merit, &stall) == SG_HUGE);
         draw_unknowns(problem);
         sg_evaluate(&work, &par, problem);
         if (n_lambda > 0) {
             work.phi[n_lambda - 1] = INFINITY;
-            ENSURE(sg_residual(&work, &opt, problem, &merit) == SG_HUGE);
+            ENSURE(sg_residual(&work, &opt, problem, &merit, &stall) == SG_HUGE);
         }
         /* a smooth block that is singular or not finite */
         sg_evaluate(&work, &par, problem);
