@@ -7,8 +7,16 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import App, Parameter
+from rich import box
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+    track,
+)
 from rich.table import Table
 from signorini.codegen.errors import GenerationError, ModelError
 from signorini.runtime.compile import CompilerError
@@ -50,8 +58,8 @@ def run(
     model: str,
     *,
     stages: int = 3,
-    dt: float = 1e-2,
-    t_end: float = 2.0,
+    dt: float | None = None,
+    t_end: float | None = None,
     set: Pairs = None,
     q0: Pairs = None,
     v0: Pairs = None,
@@ -73,9 +81,9 @@ def run(
     stages
         Number of stages s of the Lobatto scheme, at least 2.
     dt
-        Step size.
+        Step size, by default what the model suggests or 0.01.
     t_end
-        End of the run.
+        End of the run, by default what the model suggests or 2.
     set
         Parameters, NAME=VALUE ...
     q0
@@ -104,17 +112,16 @@ def run(
     from signorini.workflow import build
 
     console = Console()
-    for path in (out, plot):
-        if path is not None and not path.resolve().parent.is_dir():
-            raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
-        if path is not None and path.is_dir():
-            raise RunError(f"{path} is a folder: give a file name")
-    if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise RunError(f"--plot {plot}: give a name that ends in .png, .pdf or .svg")
+    if out is not None:
+        _check_file(out)
+    if plot is not None:
+        _check_figure("--plot", plot)
     parameters = _pairs("--set", set)
     start_q, start_v = _pairs("--q0", q0), _pairs("--v0", v0)
     with console.status(f"generating and compiling {model}"):
-        stepper = build(find_model(model), stages=stages, precision=precision)
+        chosen = find_model(model)
+        stepper = build(chosen, stages=stages, precision=precision)
+    grid = {"dt": 1e-2, "t_end": 2.0, "inputs": None} | chosen.suggested
     q, v = _start(stepper, parameters, start_q, start_v, project)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -122,8 +129,9 @@ def run(
             console,
             stepper,
             out,
-            t_end=t_end,
-            dt=dt,
+            t_end=grid["t_end"] if t_end is None else t_end,
+            dt=grid["dt"] if dt is None else dt,
+            inputs=grid["inputs"],
             q0=q,
             v0=v,
             parameters=parameters,
@@ -256,13 +264,115 @@ def check(
         sys.exit(1)
 
 
+@app.command
+def show(
+    model: str,
+    *,
+    quantity: Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())] = None,
+    latex: Switch = False,
+) -> None:
+    """Print what is derived from MODEL: sizes, sparsity, operations and expressions.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    quantity
+        Names of derived quantities, e.g. W_N or g_N_q; by default all, long ones as a size only.
+    latex
+        Print LaTeX instead of text.
+    """
+    from signorini import show as showing
+    from signorini.locate import find_model
+
+    chosen = find_model(model)
+    quantities = showing.derived(chosen, tuple(quantity or ()))
+    if latex:
+        sys.stdout.write(showing.latex(quantities) + "\n")
+    else:
+        showing.show(Console(), chosen, quantities)
+
+
+@app.command
+def picture(
+    model: str,
+    *,
+    out: Path,
+    stages: int = 3,
+    dt: float | None = None,
+    t_end: float | None = None,
+    set: Pairs = None,
+    poses: int = 8,
+) -> None:
+    """Run MODEL and draw superimposed poses of its shapes, or curves over time.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    out
+        File for the picture: .png, .pdf or .svg.
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    dt
+        Step size, by default what the model suggests or 0.01.
+    t_end
+        End of the run, by default what the model suggests or 2.
+    set
+        Parameters, NAME=VALUE ...
+    poses
+        Number of poses.
+    """
+    from signorini.locate import find_model
+    from signorini.picture import draw
+    from signorini.workflow import build
+
+    _check_figure("--out", out)
+    if poses < 1:
+        raise RunError(f"--poses {poses}: give at least one")
+    parameters = _pairs("--set", set)
+    chosen = find_model(model)
+    console = Console()
+    with console.status(f"generating, compiling and running {model}"):
+        stepper = build(chosen, stages=stages)
+        grid = {"dt": 1e-2, "t_end": 2.0} | chosen.suggested
+        grid |= {k: v for k, v in (("dt", dt), ("t_end", t_end)) if v is not None}
+        traj = stepper.simulate(parameters=parameters, **grid)
+        draw(chosen, traj, out, parameters, poses)
+    console.print(f"picture: {out}", markup=False, highlight=False)
+
+
+@app.command
+def gallery(*names: str, out: Path) -> None:
+    """Draw a picture of every shipped model into a folder.
+
+    Parameters
+    ----------
+    names
+        Models to draw, by default all.
+    out
+        Folder for the pictures.
+    """
+    from signorini.locate import find_model, shipped
+    from signorini.picture import draw
+    from signorini.workflow import build
+
+    console = Console()
+    out.mkdir(parents=True, exist_ok=True)
+    for name in track(names or shipped(), "drawing", console=console, transient=True):
+        chosen = find_model(name)
+        traj = build(chosen).simulate(**chosen.suggested)
+        draw(chosen, traj, out / f"{name}.png", {})
+    console.print(f"pictures: {out}", markup=False, highlight=False)
+
+
 @app.command(name="list")
 def list_models() -> None:
     """List the models that come with the package."""
     from signorini.codegen.validate import freeze
     from signorini.locate import find_model, shipped
 
-    table = Table()
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0, 0, 1))
     for heading in ("model", "", "n_q", "n_g", "n_gamma", "n_N", "n_F"):
         table.add_column(heading, justify="right" if heading.startswith("n_") else "left")
     for name in shipped():
@@ -270,6 +380,19 @@ def list_models() -> None:
         sizes = (data.n_q, data.n_g, data.n_gamma, data.n_N, data.n_F)
         table.add_row(name, data.doc, *map(str, sizes))
     Console().print(table)
+
+
+def _check_file(path: Path) -> None:
+    if not path.resolve().parent.is_dir():
+        raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
+    if path.is_dir():
+        raise RunError(f"{path} is a folder: give a file name")
+
+
+def _check_figure(option: str, path: Path) -> None:
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise RunError(f"{option} {path}: give a name that ends in .png, .pdf or .svg")
+    _check_file(path)
 
 
 def _pairs(option: str, pairs: list[str] | None) -> dict[str, float]:

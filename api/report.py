@@ -152,7 +152,11 @@ def plot(traj: Trajectory, path: Path) -> None:
                     lw=1.0,
                     ls="--",
                 )
-        axes[1, 0].set_ylabel("gap")
+        if traj.P_N.shape[1]:
+            axes[1, 0].set_ylabel("gap")
+        else:
+            axes[1, 0].plot(t, traj.gamma_F, lw=1.2)
+            axes[1, 0].set_ylabel("slip velocity")
         forces = np.abs(np.hstack([traj.P_N[1:], traj.P_F[1:]])) / dt[:, None]
         pushing = forces[forces > 0]
         if pushing.size:

@@ -1,11 +1,18 @@
 """Rigid bodies, joints, contacts: a layer that writes a model's expressions for the user.
 
 `Planar` and `Spatial` add coordinates, terms of the Lagrangian, forces, constraints and contacts
-to a `signorini.Model`; nothing else changes. Works with SymPy and with CasADi symbols.
+to a `signorini.Model`; nothing else changes. They work with SymPy and with CasADi symbols.
+`from_lagrangian`, `from_lagranges_method` and `from_system` take over models of SymPy's mechanics.
 """
 
 from signorini.bodies import inertia
 from signorini.bodies.frames import Frame, Point
+from signorini.bodies.from_sympy import (
+    Translated,
+    from_lagranges_method,
+    from_lagrangian,
+    from_system,
+)
 from signorini.bodies.planar import Planar
 from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
 from signorini.bodies.spatial import Spatial
@@ -20,5 +27,9 @@ __all__ = [
     "Round",
     "Spatial",
     "Surface",
+    "Translated",
+    "from_lagranges_method",
+    "from_lagrangian",
+    "from_system",
     "inertia",
 ]

@@ -1,5 +1,8 @@
 """The size of a sum's terms: what its round-off is measured by where the terms cancel."""
 
+from collections.abc import Callable
+from typing import Any
+
 import casadi as ca
 
 
@@ -20,7 +23,8 @@ def magnitude(expr: ca.SX) -> ca.SX:
         The same shape; nowhere less than ``fabs(expr)``.
     """
     memo: dict[int, ca.SX] = {}
-    for entry in expr.nonzeros():
+    entries: list[Any] = expr.nonzeros()
+    for entry in entries:
         stack = [ca.SX(entry)]
         while stack:
             node = stack[-1]
@@ -35,18 +39,16 @@ def magnitude(expr: ca.SX) -> ca.SX:
             if missing:
                 stack.extend(missing)
                 continue
-            sizes = [memo[part.element_hash()] for part in parts]
+            terms = [memo[part.element_hash()] for part in parts]
             if node.op() == ca.OP_DIV:
-                sizes.append(ca.fabs(node.dep(1)))
-            memo[key] = _RULES[node.op()](*sizes) if sizes else ca.fabs(node)
+                terms.append(ca.fabs(node.dep(1)))
+            memo[key] = _RULES[node.op()](*terms) if terms else ca.fabs(node)
             stack.pop()
-    result = ca.SX(expr.sparsity(), ca.vertcat(ca.SX(0, 1), *map(ca.SX, expr.nonzeros())))
-    for k, entry in enumerate(expr.nonzeros()):
-        result.nz[k] = memo[ca.SX(entry).element_hash()]
-    return result
+    sizes = [memo[ca.SX(entry).element_hash()] for entry in entries]
+    return ca.SX(expr.sparsity(), ca.vertcat(ca.SX(0, 1), *sizes))
 
 
-_RULES = {
+_RULES: dict[int, Callable[..., ca.SX]] = {
     ca.OP_ADD: lambda a, b: a + b,
     ca.OP_SUB: lambda a, b: a + b,
     ca.OP_NEG: lambda a: a,

@@ -93,7 +93,7 @@ class Model:
         self.outputs: list[tuple[str, Any]] = []
         self.start: dict[str, Any] | None = None
         self.shapes: list[Shape] = []
-        self.suggested: dict[str, float] = {}
+        self.suggested: dict[str, Any] = {}
         self._taken: dict[str, str] = {"t": "symbol, the time"}
         self._t = self.world.symbol("t")
 
@@ -300,9 +300,19 @@ class Model:
         """
         self.shapes.append(Shape(tuple(tuple(p) for p in points), closed, radius))
 
-    def suggest(self, *, dt: float, t_end: float) -> None:
-        """Suggest step size and end of a run, the defaults of ``signorini run`` for this model."""
+    def suggest(self, *, dt: float, t_end: float, inputs: Any = None) -> None:
+        """Suggest arguments of ``Stepper.simulate``: the defaults of ``signorini run``.
+
+        Parameters
+        ----------
+        dt, t_end : float
+            Step size and end of a run.
+        inputs : callable (t, q, v) -> u, optional
+            A controller.
+        """
         self.suggested = {"dt": float(dt), "t_end": float(t_end)}
+        if inputs is not None:
+            self.suggested["inputs"] = inputs
 
     # --- helpers ---------------------------------------------------------------------------------
 

@@ -46,7 +46,7 @@ def model(blocks: int = 7) -> sg.Model:
             for a in (-half, half)
         )
         m.shape([p.position for p in (*lower, *reversed(upper))], closed=True)
-        edge = Edge(*springing, thick, thick / 4)
+        edge = Edge(springing[0], springing[1], thick, thick / 4)
         for name, corner in zip(("i", "o"), lower, strict=True):
             world.contact(f"j{k}_{name}", corner, edge, mu=mu)
         springing = upper

@@ -25,6 +25,7 @@ def model() -> sg.Model:
     m.lagrangian = mass / 2 * (v_x**2 + v_y**2) + J / 2 * (w_x**2 + w_y**2 + w_z**2)
     # velocity of the touching point less that of the table, Omega e_z x r
     m.velocity_constraint("rolling", [v_x - R * w_y + Omega * y, v_y + R * w_x - Omega * x])
+    m.shape([(x, y)], radius=R)
     # starts so that the circle has its centre at the origin: v = 2/7 Omega e_z x r
     v_0 = sp.Rational(2, 7) * Omega * sp.Rational(3, 10)
     m.initial_state(

@@ -33,6 +33,9 @@ def model() -> sg.Model:
     world.particle("bead", mass, bead.point())
     m.force([-c * theta_dot])
     m.contact("stop", g_N=top - theta, e_N=e_N)
+    around = [2 * sp.pi * k / 36 for k in range(36)]
+    m.shape([hoop.point(R * sp.sin(a), 0, -R * sp.cos(a)).position for a in around], closed=True)
+    m.shape([hoop.point().position, bead.origin])
     m.output("height", bead.origin[2])
     m.initial_state(q=[0.1])
     m.suggest(dt=1e-2, t_end=12)

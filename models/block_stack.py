@@ -38,7 +38,7 @@ def model(blocks: int = 3) -> sg.Model:
             place = place + share * length / (2 * (blocks - k))
             # corners of each block on the edge of the other
             for name, ends, edge in (("down", lower, below), ("up", below, lower)):
-                face = Edge(*edge, height / 2)
+                face = Edge(edge[0], edge[1], height / 2)
                 for i, corner in enumerate(ends):
                     world.contact(f"{name}{k}_{i}", corner, face, mu=mu, e_N=e_N)
         start |= {f"b{k}_x": place, f"b{k}_y": (2 * k + 1) * height / 2}

@@ -12,7 +12,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("box")
     m.doc = "Planar box dropped on its corners"
-    _x, y, phi = m.coordinates("x y phi")
+    x, y, phi = m.coordinates("x y phi")
     vx, vy, omega = m.velocities
     mass, a, b, grav, mu, e_N, e_F = m.parameters(
         mass=sg.par(1.0, unit="kg", doc="mass"),
@@ -25,12 +25,15 @@ def model() -> sg.Model:
     )
     inertia = mass * (a**2 + b**2) / 3
     m.lagrangian = mass / 2 * (vx**2 + vy**2) + inertia / 2 * omega**2 - mass * grav * y
+    corners = []
     for name, c_x, c_y in (("A", -a, -b), ("B", a, -b), ("C", a, b), ("D", -a, b)):
         # Corner relative to the centre of mass, in the directions of the plane.
         r_x = c_x * sp.cos(phi) - c_y * sp.sin(phi)
         r_y = c_x * sp.sin(phi) + c_y * sp.cos(phi)
         m.contact(name, g_N=y + r_y, gamma_F=vx - omega * r_y, mu=mu, e_N=e_N, e_F=e_F)
-        m.output(f"{name}_x", _x + r_x)
+        m.output(f"{name}_x", x + r_x)
+        corners.append((x + r_x, y + r_y))
+    m.shape(corners, closed=True)
     m.initial_state(q=[0, 0.5, 0.4], v=[0.5, 0, 1])
     m.suggest(dt=1e-2, t_end=2)
     return m

@@ -42,11 +42,17 @@ def model() -> sg.Model:
             [2 * (p1 * p3 - p0 * p2), 2 * (p2 * p3 + p0 * p1), p0**2 - p1**2 - p2**2 + p3**2],
         ]
     )
+    corners = []
     for k in range(8):
         signs = [1 if k >> j & 1 else -1 for j in range(3)]
         corner = sp.Matrix([signs[0] * a, signs[1] * b, signs[2] * c])
+        corners.append(tuple(r + A * corner))
         slip = v + A * omega.cross(corner)
         m.contact(f"C{k}", g_N=(r + A * corner)[2], gamma_F=[slip[0], slip[1]], mu=mu, e_N=e_N)
+    for face in ((0, 1, 3, 2), (4, 5, 7, 6)):
+        m.shape([corners[k] for k in face], closed=True)
+    for k in range(4):
+        m.shape([corners[k], corners[k + 4]])
     m.initial_state(
         q=[0, 0, 0.5, sp.cos(0.2), sp.sin(0.2) * 0.6, sp.sin(0.2) * 0.8, 0],
         v=[0.3, 0, 0, 0, 0, 0, 0],

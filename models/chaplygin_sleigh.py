@@ -13,7 +13,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("chaplygin_sleigh")
     m.doc = "Sleigh on a knife edge: turns until it runs straight"
-    _x, _y, phi = m.coordinates("x y phi")
+    x, y, phi = m.coordinates("x y phi")
     v_x, v_y, omega = m.velocities
     mass, J, a, omega_0 = m.parameters(
         mass=sg.par(2.0, unit="kg", min=0, doc="mass"),
@@ -23,6 +23,9 @@ def model() -> sg.Model:
     )
     m.lagrangian = mass / 2 * (v_x**2 + v_y**2) + J / 2 * omega**2
     m.velocity_constraint("edge", -v_x * sp.sin(phi) + v_y * sp.cos(phi) - a * omega)
+    c, s = sp.cos(phi), sp.sin(phi)
+    m.shape([(x - a * c, y - a * s), (x + a * c, y + a * s)])
+    m.shape([(x, y)], radius=a / 4)
     m.initial_state(q=[0, 0, 0], v=[0, a * omega_0, omega_0])
     m.suggest(dt=5e-3, t_end=4)
     return m

@@ -45,7 +45,7 @@ def model() -> sg.Model:
     m.shape([body.point(-0.25, 0).position, body.point(0.25, 0).position])
     m.shape([(x, y), foot.position])
     m.initial_state(q={"y": l_0 + sp.Rational(3, 10), "length": l_0})
-    m.suggest(dt=1e-3, t_end=6)
+    m.suggest(dt=1e-3, t_end=6, inputs=controller())
     return m
 
 

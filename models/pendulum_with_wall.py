@@ -1,9 +1,9 @@
 """Chain of rods that swings against a wall.
 
-Rods of equal length and mass in absolute angles, hinged in a row, the tip against a vertical wall.
+Rods of equal length and mass in absolute angles, hinged in a row, their ends against a wall.
 Closed forms: one rod released from the horizontal hits a wall below its hinge with
 omega = sqrt(3 g / l); small vibrations have the frequencies of det(K - omega^2 M) = 0.
-Seen: the tip rebounds from the wall, the chain folds.
+Seen: the ends rebound from the wall, the chain folds.
 """
 
 import signorini as sg
@@ -25,6 +25,7 @@ def model(links: int = 3) -> sg.Model:
     )
     phi = m.coordinates(" ".join(f"phi_{k}" for k in range(1, links + 1)))
     world = Planar(m, gravity=(0, -grav))
+    obstacle = world.plane(world.ground.point(-wall, 0), (1, 0))
     hinge = world.ground.point()
     for k, angle in enumerate(phi, start=1):
         # angle from the downward vertical, counter-clockwise
@@ -34,8 +35,8 @@ def model(links: int = 3) -> sg.Model:
         world.body(f"rod_{k}", mass, inertia.rod(mass, length), frame=rod)
         hinge = rod.point(0, -length / 2)
         m.shape([rod.point(0, length / 2).position, hinge.position])
+        world.contact(f"end_{k}", hinge, obstacle, mu=mu, e_N=e_N)
     m.shape([(-wall, -links * length), (-wall, 0)])
-    world.contact("tip", hinge, world.plane(world.ground.point(-wall, 0), (1, 0)), mu=mu, e_N=e_N)
     m.initial_state(q=[sp.pi / 3] * links)
     m.suggest(dt=2e-3, t_end=2)
     return m

@@ -46,6 +46,13 @@ def model() -> sg.Model:
         [x_1 + l_1 / 2 * c_1 - x_2 + l_2 / 2 * c_2, y_1 + l_1 / 2 * s_1 - y_2 + l_2 / 2 * s_2],
     )
     m.constraint("rod_slider", [x_2 + l_2 / 2 * c_2 - x_3, y_2 + l_2 / 2 * s_2 - y_3])
+    m.shape([(0, 0), (l_1 * c_1, l_1 * s_1)])
+    m.shape([(x_2 - l_2 / 2 * c_2, y_2 - l_2 / 2 * s_2), (x_3, y_3)])
+    outline = ((-a, b), (a, b), (a, -b), (-a, -b))
+    c_3, s_3 = sp.cos(phi_3), sp.sin(phi_3)
+    m.shape([(x_3 + i * c_3 - j * s_3, y_3 + i * s_3 + j * c_3) for i, j in outline], closed=True)
+    for side in (-d / 2, d / 2):
+        m.shape([(l_2 - l_1 - a, side), (l_2 + l_1 + a, side)])
     corners = (("P_1", -a, b), ("P_2", a, b), ("P_3", -a, -b), ("P_4", a, -b))
     for name, c_x, c_y in corners:
         height = c_x * sp.sin(phi_3) + c_y * sp.cos(phi_3)

@@ -23,6 +23,9 @@ def model() -> sg.Model:
     length = sp.sqrt(1 + sp.exp(-2 * x))
     t_x, t_y = 1 / length, -sp.exp(-x) / length
     m.contact("slope", g_N=t_x * (y - sp.exp(-x)), gamma_F=t_x * vx + t_y * vy, mu=mu)
+    # what it slid along
+    m.shape([(x * k / 20, sp.exp(-x * k / 20)) for k in range(21)])
+    m.shape([(x, y)], radius=sp.Rational(1, 30))
     m.initial_state(q=[0, 1])
     m.suggest(dt=1e-2, t_end=3)
     return m
