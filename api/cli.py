@@ -366,6 +366,30 @@ def gallery(*names: str, out: Path) -> None:
     console.print(f"pictures: {out}", markup=False, highlight=False)
 
 
+@app.command
+def growth(*, out: Path, largest: int | None = None) -> None:
+    """Measure how generation, C size, compilation and steps grow with bodies and contacts.
+
+    Parameters
+    ----------
+    out
+        Folder for growth.md, growth.json and growth.png.
+    largest
+        Largest number of links or boxes, by default 32 and 16.
+    """
+    from signorini.studies import growth as study
+
+    console = Console()
+    sizes = []
+    with console.status("measuring") as status:
+        for size in study.study(largest):
+            sizes.append(size)
+            status.update(f"measured: {size.family}, {size.count}")
+    study.save(sizes, out)
+    console.print(study.markdown(sizes), markup=False, highlight=False, soft_wrap=True)
+    console.print(f"table, data and plot: {out}", markup=False, highlight=False)
+
+
 @app.command(name="list")
 def list_models() -> None:
     """List the models that come with the package."""

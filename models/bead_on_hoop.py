@@ -2,7 +2,7 @@
 
 The hoop's rate rises as Omega (1 - exp(-t/tau)). Closed form: with damping the bead settles at the
 relative equilibrium cos(theta) = g / (R Omega^2), a pitchfork at Omega^2 = g / R.
-Seen: the bead leaves the bottom once the hoop is fast enough. A stop limits its rise.
+Seen: the bead lies on a peg near the bottom and leaves it once the hoop is fast enough.
 """
 
 import signorini as sg
@@ -14,15 +14,15 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("bead_on_hoop")
     m.doc = "Bead on a rotating hoop that is spun up; equilibrium angle"
-    mass, R, grav, Omega, tau, c, top, e_N = m.parameters(
+    mass, R, grav, Omega, tau, c, stop, e_N = m.parameters(
         mass=sg.par(0.1, unit="kg", min=0, doc="mass of the bead"),
         R=sg.par(0.3, unit="m", min=0, doc="radius of the hoop"),
         grav=sg.par(9.81, unit="m/s^2", doc="gravity"),
         Omega=sg.par(8.0, unit="rad/s", doc="final rate of the hoop"),
         tau=sg.par(0.5, unit="s", min=0, doc="time constant of the run-up"),
         c=sg.par(0.02, unit="N m s", min=0, doc="damping"),
-        top=sg.par(1.4, unit="rad", doc="angle of the stop"),
-        e_N=sg.par(0.5, min=0, max=1, doc="restitution at the stop"),
+        stop=sg.par(0.05, unit="rad", doc="angle of the peg"),
+        e_N=sg.par(0.5, min=0, max=1, doc="restitution at the peg"),
     )
     (theta,) = m.coordinates("theta")
     (theta_dot,) = m.velocities
@@ -32,7 +32,7 @@ def model() -> sg.Model:
     bead = world.frame("bead", at=(R * sp.sin(theta), 0, -R * sp.cos(theta)), parent=hoop)
     world.particle("bead", mass, bead.point())
     m.force([-c * theta_dot])
-    m.contact("stop", g_N=top - theta, e_N=e_N)
+    m.contact("peg", g_N=theta - stop, e_N=e_N)
     around = [2 * sp.pi * k / 36 for k in range(36)]
     m.shape([hoop.point(R * sp.sin(a), 0, -R * sp.cos(a)).position for a in around], closed=True)
     m.shape([hoop.point().position, bead.origin])

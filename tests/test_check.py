@@ -1,5 +1,6 @@
 """`signorini check` and `generate --check`: they pass what is right and catch what is not."""
 
+import importlib
 import json
 import subprocess
 import sys
@@ -9,12 +10,17 @@ from pathlib import Path
 
 import pytest
 import signorini as sg
-from signorini.models import bouncing_ball, box, box_in_space, slider_crank, slope
+from signorini.locate import shipped
+from signorini.models import bouncing_ball, box, slope
 from signorini.verify.check import Checker
 from trap_models import TRAPS, forms, forty_coordinates, mixed_contacts, one_coordinate
 
 FAST = (bouncing_ball.model, slope.model, box.model, *TRAPS)
-LARGE = (slider_crank.model, box_in_space.model, forms, forty_coordinates)
+LARGE = (
+    *(importlib.import_module(f"signorini.models.{name}").model for name in shipped()),
+    forms,
+    forty_coordinates,
+)
 
 
 def identify(value: object) -> str:
@@ -33,7 +39,7 @@ def test_models_pass(make: Callable[[], sg.Model]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", (*FAST, *LARGE), ids=identify)
+@pytest.mark.parametrize("make", (*TRAPS, *LARGE), ids=identify)
 def test_every_model_passes_for_two_to_five_stages(make: Callable[[], sg.Model]) -> None:
     report = sg.check(make(), stages=(2, 3, 4, 5), sanitize=True)
     assert report, failures(report)

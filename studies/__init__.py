@@ -1,0 +1,1 @@
+"""Studies that ship with the package: short functions of the public interface."""

@@ -1,0 +1,121 @@
+"""show, picture, gallery, growth: what they print and write, and what they refuse."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+import signorini as sg
+import sympy as sp
+from signorini.codegen.derive import Derivation
+from signorini.codegen.magnitude import magnitude
+from signorini.codegen.sx_to_sympy import to_sympy
+from signorini.codegen.validate import freeze
+from signorini.models import box, rocking_block, slope
+from signorini.picture import poses
+from signorini.show import derived, latex
+from signorini.studies import growth
+from trap_models import forms, mixed_contacts, rheonomic
+
+
+def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "signorini", *arguments],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("make", [forms, mixed_contacts, rheonomic])
+def test_shown_expressions_are_the_derived_ones(make: object) -> None:
+    """Back in SymPy every expression has the value of its SX."""
+    data = freeze(make())  # type: ignore[operator]
+    derivation = Derivation(data)
+    rng = np.random.default_rng(0)
+    for name in ("L", "p_v", "L_q", "f", "W_N", "W_F", "chi_F", "guard", "bound"):
+        expr = derivation[name]
+        if not expr.numel():
+            continue
+        symbols = ca.symvar(expr)
+        values = rng.uniform(0.2, 0.9, len(symbols))
+        function = ca.Function("f", symbols, [ca.densify(expr)])
+        exact = np.asarray(function.call(list(values))[0])
+        shown = to_sympy(expr)
+        there = {sp.Symbol(s.name(), real=True): v for s, v in zip(symbols, values, strict=True)}
+        mine = np.array(shown.subs(there).evalf().tolist(), dtype=float)
+        assert mine == pytest.approx(exact.reshape(mine.shape), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("make", [forms, mixed_contacts, rheonomic])
+def test_magnitude_bounds_every_value(make: object) -> None:
+    """Terms add up to no less than the sum; without differences they are the sum."""
+    derivation = Derivation(freeze(make()))  # type: ignore[operator]
+    for name in ("L_q", "f", "g_N"):
+        expr = ca.densify(derivation[name])
+        size = magnitude(expr)
+        f = ca.Function("f", ca.symvar(ca.vertcat(expr, size)), [expr, size])
+        rng = np.random.default_rng(0)
+        for _ in range(20):
+            value, bound = (np.asarray(x) for x in f.call(list(rng.uniform(-2, 2, f.n_in()))))
+            assert np.all(np.abs(value) <= bound * (1 + 1e-14))
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    terms = ca.Function("terms", [x, y], [magnitude(3 * x - x * (y - 2) / (y - 1) + ca.sin(x - y))])
+    # |3x| + |x| (|y| + 2) / |y - 1| + |sin(x - y)|
+    assert float(terms(-1.0, 4.0)) == pytest.approx(3 + 6 / 3 + abs(np.sin(-5.0)))
+
+
+def test_show(tmp_path: Path) -> None:
+    result = command("show", "slope", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    slip = "gamma_F = x_dot/sqrt(1 + exp(-2*x)) - y_dot*exp(-x)/sqrt(1 + exp(-2*x))"
+    assert slip in result.stdout
+    assert "W_F" in result.stdout
+    one = command("show", "slope", "--quantity", "g_N_q", "--latex", cwd=tmp_path)
+    assert one.stdout.startswith("\\begin{align*}")
+    assert "\\dot{x}" in latex(derived(slope.model()))
+    wrong = command("show", "slope", "--quantity", "nothing", cwd=tmp_path)
+    assert wrong.returncode == 1
+    assert "no such derived function" in wrong.stderr
+
+
+def test_pictures(tmp_path: Path) -> None:
+    result = command("picture", "rocking_block", "--out", "p.png", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    assert command("gallery", "slope", "--out", "g", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "g" / "slope.png").stat().st_size > 10_000
+    wrong = command("picture", "slope", "--out", "p.txt", cwd=tmp_path)
+    assert wrong.returncode == 1
+    assert ".png" in wrong.stderr
+
+
+def test_poses_are_the_contact_points() -> None:
+    """Corners of the drawn block have the heights of the gaps."""
+    model = rocking_block.model()
+    traj = sg.build(model, stages=2).simulate(t_end=0.2, dt=1e-2)
+    (outline,) = poses(model, traj, {})
+    assert outline[:, 0, 1] == pytest.approx(traj["left.g_N"], abs=1e-14)
+    assert outline[:, 1, 1] == pytest.approx(traj["right.g_N"], abs=1e-14)
+    (outline,) = poses(box.model(), sg.build(box.model()).simulate(t_end=0.1, dt=1e-2), {})
+    assert outline.shape == (11, 4, 2)
+
+
+def test_growth(tmp_path: Path) -> None:
+    """The small end of the study: sizes as declared, files written, slopes of power laws found."""
+    sizes = [growth.measure("boxes", n) for n in (1, 2)]
+    assert [(s.n_q, s.contacts) for s in sizes] == [(3, 4), (6, 8)]
+    assert all(s.compile_s > 0 and s.step_us > 0 for s in sizes)
+    powers = [
+        growth.Size("boxes", n, 3 * n, 4 * n, n, n**2.0, n**3.0, 5 * n**0.5) for n in (2, 4, 8)
+    ]
+    found = growth.exponents(powers)["boxes"]
+    assert list(found.values()) == pytest.approx([1, 2, 3, 0.5])
+    growth.save(powers, tmp_path)
+    assert json.loads((tmp_path / "growth.json").read_text())["sizes"][0]["count"] == 2
+    assert "| boxes | 8 | 24 | 32 |" in (tmp_path / "growth.md").read_text()
+    assert (tmp_path / "growth.png").stat().st_size > 10_000
