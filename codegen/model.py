@@ -310,6 +310,11 @@ class Model:
         inputs : callable (t, q, v) -> u, optional
             A controller.
         """
+        for name, value in (("dt", dt), ("t_end", t_end)):
+            if not is_number(value) or not 0 < float(value) < float("inf"):
+                raise ModelError(
+                    self.name, f"suggest({name}=...)", f"is {value!r}", "Give a positive number"
+                )
         self.suggested = {"dt": float(dt), "t_end": float(t_end)}
         if inputs is not None:
             self.suggested["inputs"] = inputs

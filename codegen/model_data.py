@@ -80,6 +80,8 @@ class ModelData:
     v0: ca.SX
     t0: ca.SX
     doc: str = field(default="")
+    dt: float = 1e-3
+    t_end: float = 1.0
 
     @property
     def n_q(self) -> int:

@@ -306,8 +306,8 @@ class _Builder:
             runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
             model_hash=_model_hash(functions, data),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
-            example_h=number(0.001),
-            example_steps=1000,
+            example_h=number(data.dt),
+            example_steps=min(1000, round(data.t_end / data.dt)),
         )
 
     def steps(self, parts: tuple[Call | Assembly, ...]) -> tuple[Step, ...]:

@@ -92,6 +92,8 @@ class _Freezer:
                 (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
             ),
             doc=model.doc,
+            dt=model.suggested.get("dt", 1e-3),
+            t_end=model.suggested.get("t_end", 1.0),
             **self.start(),
         )
         _check_mass_matrix(data)

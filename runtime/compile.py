@@ -11,7 +11,9 @@ from pathlib import Path
 from platformdirs import user_cache_dir
 
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared")
-_LARGE = 20_000  # lines of C above which a lower optimisation level keeps compilation short
+# Lines of C above which a lower optimisation level keeps compilation short: compilers take more
+# than linear time over long straight-line functions.
+_LEVELS = ((40_000, "-O0"), (20_000, "-O1"), (0, "-O2"))
 
 
 class CompilerError(RuntimeError):
@@ -72,7 +74,8 @@ def compile_library(source: Path) -> Path:
     """
     command = find_compiler()
     text = source.read_bytes()
-    level = "-O1" if text.count(b"\n") > _LARGE else "-O2"
+    lines = text.count(b"\n")
+    level = next(level for least, level in _LEVELS if lines >= least)
     extra = shlex.split(os.environ.get("SIGNORINI_CFLAGS", ""))
     flags = [level, *FLAGS, *extra]
     digest = hashlib.sha256()

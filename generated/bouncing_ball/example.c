@@ -9,7 +9,7 @@ int main(void) {
     const bouncing_ball_params par = bouncing_ball_default_params();
     bouncing_ball_options opt = bouncing_ball_default_options();
     const bouncing_ball_real u[1] = {0.0};
-    const bouncing_ball_real h = 0.001;
+    const bouncing_ball_real h = 0.01;
     bouncing_ball_state state;
     bouncing_ball_info info;
     bouncing_ball_real t0[1], q0[BOUNCING_BALL_N_Q], v0[BOUNCING_BALL_N_Q];
@@ -19,7 +19,7 @@ int main(void) {
     bouncing_ball_initial_state(&par, t0, q0, v0);
     status = bouncing_ball_init(&state, &par, &opt, t0[0], q0, v0);
     printf("%s\n", "t x y phi");
-    for (step = 0; status <= BOUNCING_BALL_OK_SUBSTEPPED && step < 1000; ++step) {
+    for (step = 0; status <= BOUNCING_BALL_OK_SUBSTEPPED && step < 200; ++step) {
         status = bouncing_ball_step(&state, &work, &info, &par, &opt, u, h);
         if (step % 10 != 9) {
             continue;

@@ -9,7 +9,7 @@ int main(void) {
     const slider_crank_params par = slider_crank_default_params();
     slider_crank_options opt = slider_crank_default_options();
     const slider_crank_real u[1] = {0.0};
-    const slider_crank_real h = 0.001;
+    const slider_crank_real h = 0.0001;
     slider_crank_state state;
     slider_crank_info info;
     slider_crank_real t0[1], q0[SLIDER_CRANK_N_Q], v0[SLIDER_CRANK_N_Q];

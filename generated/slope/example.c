@@ -9,7 +9,7 @@ int main(void) {
     const slope_params par = slope_default_params();
     slope_options opt = slope_default_options();
     const slope_real u[1] = {0.0};
-    const slope_real h = 0.001;
+    const slope_real h = 0.01;
     slope_state state;
     slope_info info;
     slope_real t0[1], q0[SLOPE_N_Q], v0[SLOPE_N_Q];
@@ -19,7 +19,7 @@ int main(void) {
     slope_initial_state(&par, t0, q0, v0);
     status = slope_init(&state, &par, &opt, t0[0], q0, v0);
     printf("%s\n", "t x y");
-    for (step = 0; status <= SLOPE_OK_SUBSTEPPED && step < 1000; ++step) {
+    for (step = 0; status <= SLOPE_OK_SUBSTEPPED && step < 300; ++step) {
         status = slope_step(&state, &work, &info, &par, &opt, u, h);
         if (step % 10 != 9) {
             continue;
