@@ -11,7 +11,7 @@ import signorini as sg
 from signorini.bodies import Edge, Planar
 
 
-def model(blocks: int = 7) -> sg.Model:
+def model(blocks: int = 5) -> sg.Model:
     """Return the model with any number of blocks."""
     m = sg.Model("arch")
     m.doc = "Arch of blocks: stands if thick enough"
@@ -54,5 +54,5 @@ def model(blocks: int = 7) -> sg.Model:
     for name, corner in zip(("i", "o"), springing, strict=True):
         world.contact(f"j{blocks}_{name}", corner, edge, mu=mu)
     m.initial_state(q=start)
-    m.suggest(dt=2e-3, t_end=1)
+    m.suggest(dt=5e-3, t_end=1)
     return m

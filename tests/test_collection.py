@@ -366,7 +366,7 @@ def test_least_thickness_of_many_blocks() -> None:
 @pytest.mark.parametrize(("share", "stands"), [(1.05, True), (0.95, False)])
 def test_arch(stepper: Build, share: float, stands: bool) -> None:
     traj = stepper(arch.model, 2).simulate(
-        t_end=1.0, dt=5e-3, parameters={"thick": share * least_thickness(7)}
+        t_end=1.0, dt=5e-3, parameters={"thick": share * least_thickness(5)}
     )
     moved = np.abs(traj.q[-1] - traj.q[0]).max()
     assert moved < 1e-9 if stands else moved > 1e-3
