@@ -9,6 +9,7 @@ import numpy as np
 from cyclopts import App, Parameter
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     Progress,
@@ -364,6 +365,41 @@ def gallery(*names: str, out: Path) -> None:
         traj = build(chosen).simulate(**chosen.suggested)
         draw(chosen, traj, out / f"{name}.png", {})
     console.print(f"pictures: {out}", markup=False, highlight=False)
+
+
+@app.command
+def reproduce(*names: str, out: Path) -> None:
+    """Run the studies of the paper and beyond: figures, and a table of claims with verdicts.
+
+    Parameters
+    ----------
+    names
+        all, or some of fig3, fig4, fig6, fig8, fig9 (the paper's figures), orders,
+        lost_impacts, bilateral (where its orders end), energy, reversibility, work, high_orders.
+    out
+        Folder for figures (PNG, PDF), results.md and results.json.
+    """
+    from signorini.studies import reproduce as study
+
+    console = Console()
+    study.chosen(names)
+    with console.status("running") as status:
+        claims = study.reproduce(names, out, status.update)
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in ("study", "claim", "measured, limit", "verdict"):
+        table.add_column(heading)
+    for c in claims:
+        verdict = "[green]met[/green]" if c.met else "[red]missed[/red]"
+        table.add_row(escape(c.study), escape(c.text), c.numbers, verdict)
+    console.print(table)
+    missed = sum(not c.met for c in claims)
+    console.print(
+        f"{len(claims) - missed} of {len(claims)} claims met; figures and tables: {out}",
+        markup=False,
+        highlight=False,
+    )
+    if missed:
+        sys.exit(1)
 
 
 @app.command
