@@ -59,6 +59,7 @@ def run(
     model: str,
     *,
     stages: int = 3,
+    scheme: Literal["lobatto", "moreau"] = "lobatto",
     dt: float | None = None,
     t_end: float | None = None,
     set: Pairs = None,
@@ -81,6 +82,8 @@ def run(
         A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
     stages
         Number of stages s of the Lobatto scheme, at least 2.
+    scheme
+        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
     dt
         Step size, by default what the model suggests or 0.01.
     t_end
@@ -121,7 +124,7 @@ def run(
     start_q, start_v = _pairs("--q0", q0), _pairs("--v0", v0)
     with console.status(f"generating and compiling {model}"):
         chosen = find_model(model)
-        stepper = build(chosen, stages=stages, precision=precision)
+        stepper = build(chosen, stages=stages, scheme=scheme, precision=precision)
     grid = {"dt": 1e-2, "t_end": 2.0, "inputs": None} | chosen.suggested
     q, v = _start(stepper, parameters, start_q, start_v, project)
     with warnings.catch_warnings(record=True) as caught:
@@ -156,6 +159,7 @@ def generate(
     model: str,
     *,
     stages: int = 3,
+    scheme: Literal["lobatto", "moreau"] = "lobatto",
     out: Path | None = None,
     prefix: str | None = None,
     precision: Literal["double", "float"] = "double",
@@ -169,6 +173,8 @@ def generate(
         A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
     stages
         Number of stages s of the Lobatto scheme, at least 2.
+    scheme
+        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
     out
         Folder to write, by default ./<model>_c.
     prefix
@@ -194,6 +200,7 @@ def generate(
         chosen,
         Path(f"{chosen.name}_c") if out is None else out,
         stages=stages,
+        scheme=scheme,
         prefix=prefix,
         precision=precision,
     )
@@ -375,7 +382,8 @@ def reproduce(*names: str, out: Path) -> None:
     ----------
     names
         all, or some of fig3, fig4, fig6, fig8, fig9 (the paper's figures), orders,
-        lost_impacts, bilateral (where its orders end), energy, reversibility, work, high_orders.
+        lost_impacts, bilateral (where its orders end), energy, reversibility, work,
+        moreau (a second scheme), high_orders.
     out
         Folder for figures (PNG, PDF), results.md and results.json.
     """

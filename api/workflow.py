@@ -33,8 +33,8 @@ def build(
         The model.
     stages : int
         Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2.
-    scheme : str
-        "lobatto".
+    scheme : {"lobatto", "moreau"}
+        The variational scheme, or Moreau's midpoint rule, for which `stages` means nothing.
     velocity_constraints : str
         "paper": gamma = 0 holds at the stage velocities V^i, (51).
     prefix : str, optional

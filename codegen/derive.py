@@ -27,6 +27,9 @@ QUANTITIES: dict[str, Quantity] = {
     "force_size": Quantity(
         "|(dL/dq)^T| + |f|, term by term", "size of the generalized forces before they cancel"
     ),
+    "force": Quantity(
+        "dL/dq + f - p_q v - p_t", "what changes the velocities, with p_v dv/dt on the other side"
+    ),
     "f": Quantity("f(t, q, v, u)", "generalized forces that L does not contain"),
     "g": Quantity("g(t, q) = 0  (13)", "position constraints"),
     "g_dot": Quantity("g_dot = W_g^T v + dg/dt", "velocities of the position constraints"),
@@ -119,6 +122,9 @@ class Derivation:
 
     def _force_size(self) -> ca.SX:
         return magnitude(self["L_q"]) + magnitude(ca.densify(self["f"]))
+
+    def _force(self) -> ca.SX:
+        return ca.densify(self["L_q"] + self["f"] - self["p_q"] @ self.data.v - self["p_t"])
 
     def _f(self) -> ca.SX:
         return self.data.f

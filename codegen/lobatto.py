@@ -13,6 +13,7 @@ from signorini.codegen.scheme import (
     column,
     dense,
     matrix,
+    restitution,
 )
 from signorini.codegen.tableau import lobatto
 
@@ -335,19 +336,13 @@ class _Lobatto:
 
     def _restitution(self) -> tuple[ca.SX, ca.SX]:
         """e_N g_N_dot and e_F gamma_F at the start of the step."""
-        g_N_dot = ca.densify(self.end.at("w->start", "g_N_dot"))
-        gamma_F = ca.densify(self.end.at("w->start", "gamma_F"))
-        xi_N, xi_F = [], []
-        normal = first = 0
-        for k, c in enumerate(self.d.data.contacts):
-            if c.g_N is not None:
-                e_N = self.opening.at("w->opening", "e_N")[k]
-                xi_N.append(e_N * g_N_dot[normal])
-                normal += 1
-            e_F = self.opening.at("w->opening", "e_F")[k]
-            xi_F += [e_F * gamma_F[first + j] for j in range(c.n_F)]
-            first += c.n_F
-        return ca.vertcat(ca.SX(0, 1), *xi_N), ca.vertcat(ca.SX(0, 1), *xi_F)
+        return restitution(
+            self.d,
+            ca.densify(self.end.at("w->start", "g_N_dot")),
+            ca.densify(self.end.at("w->start", "gamma_F")),
+            self.opening.at("w->opening", "e_N"),
+            self.opening.at("w->opening", "e_F"),
+        )
 
     def velocity_derivatives(self) -> Assembly:
         W = ca.horzcat(*(self.end.at("w->end", name) for name in _DIRECTIONS))

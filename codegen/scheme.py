@@ -107,7 +107,11 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """A scheme for one model."""
+    """A scheme for one model.
+
+    `guarded` tells which contacts exist only while their entry of work.guard is >= 0 at the start
+    of a step; by default those with a guard in the model.
+    """
 
     name: str
     title: str
@@ -119,6 +123,7 @@ class Scheme:
     finish: Assembly
     record: Assembly
     coefficients: dict[str, np.ndarray] = field(default_factory=dict)
+    guarded: tuple[bool, ...] | None = None
 
 
 def column(name: str, n: int, offset: int = 0) -> ca.SX:
@@ -153,3 +158,18 @@ def slip_rows(d: Derivation) -> list[tuple[int, int, int]]:
             bound += 1
         first += c.n_F
     return rows
+
+
+def restitution(
+    d: Derivation, g_N_dot: ca.SX, gamma_F: ca.SX, e_N: ca.SX, e_F: ca.SX
+) -> tuple[ca.SX, ca.SX]:
+    """e_N g_N_dot and e_F gamma_F, row by row; e_N and e_F have an entry for every contact."""
+    xi_N, xi_F = [], []
+    normal = first = 0
+    for k, c in enumerate(d.data.contacts):
+        if c.g_N is not None:
+            xi_N.append(e_N[k] * g_N_dot[normal])
+            normal += 1
+        xi_F += [e_F[k] * gamma_F[first + j] for j in range(c.n_F)]
+        first += c.n_F
+    return ca.vertcat(ca.SX(0, 1), *xi_N), ca.vertcat(ca.SX(0, 1), *xi_F)

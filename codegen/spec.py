@@ -15,10 +15,11 @@ from signorini.codegen.errors import GenerationError
 from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
+from signorini.codegen.moreau import moreau_scheme
 from signorini.codegen.scheme import Assembly, Call, Scheme
 from signorini.version import __version__
 
-SCHEMES = {"lobatto": lobatto_scheme}
+SCHEMES = {"lobatto": lobatto_scheme, "moreau": moreau_scheme}
 RUNTIME_FILES = (
     "sg_real.h",
     "sg_types.h",
@@ -290,7 +291,7 @@ class _Builder:
             defaults=tuple(number(p.default) for p in data.parameters),
             g_blocks=data.g_blocks,
             gamma_blocks=data.gamma_blocks,
-            contacts=tuple(contact_rows(data)),
+            contacts=tuple(contact_rows(data, plan.guarded)),
             outputs=tuple(name for name, _ in data.outputs),
             statuses=STATUSES,
             structs=self.structs,
@@ -353,11 +354,11 @@ class _Builder:
         return tuple(specs)
 
 
-def contact_rows(data: ModelData) -> list[ContactRow]:
+def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> list[ContactRow]:
     """Rows of each contact in the percussion vectors."""
     rows = []
     normal = friction = bound = 0
-    for c in data.contacts:
+    for k, c in enumerate(data.contacts):
         is_contact = c.g_N is not None
         rows.append(
             ContactRow(
@@ -366,7 +367,7 @@ def contact_rows(data: ModelData) -> list[ContactRow]:
                 friction,
                 c.n_F,
                 -1 if is_contact else bound,
-                c.guard is not None,
+                c.guard is not None if guarded is None else guarded[k],
             )
         )
         normal += is_contact

@@ -212,6 +212,20 @@ def _work(study: Study, plt: Any) -> Any:
     return fig
 
 
+def _moreau(study: Study, plt: Any) -> Any:
+    fig, axes = _axes(plt, 1, 2, (10.5, 4))
+    for name, c in study.curves.items():
+        colour = COLOURS[_stages(name)] if "=" in name else "0.3"
+        style = {"color": colour, "lw": 1, "ms": 3, "label": name}
+        axes[0, 0].loglog(1e3 * c["seconds"], c["q"], "o-", **style)
+        axes[0, 1].loglog(1e3 * c["seconds"], np.maximum(c["penetration"], 1e-17), "o-", **style)
+    for axis, label in zip(axes.flat, ("error of q", "penetration [m]"), strict=True):
+        axis.set_xlabel("computing time of a run [ms]")
+        axis.set_ylabel(label)
+        axis.legend(fontsize=8)
+    return fig
+
+
 def _high_orders(study: Study, plt: Any) -> Any:
     fig, ((axis,),) = _axes(plt, 1, 1, (6, 4))
     for name in study.curves:
@@ -237,5 +251,6 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "energy": _over_time("error of the energy", "Planet, Δt = 0.1"),
     "reversibility": _over_time("distance of q on the way back", "Planet, there and back"),
     "work": _work,
+    "moreau": _moreau,
     "high orders": _high_orders,
 }

@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 from signorini import Model, Stepper, build
 from signorini.codegen.tableau import lobatto
+from signorini.models import slope
 from signorini.studies.claims import Claim, near
 from signorini.studies.paper import Progress, Study, error, slope_of
 from signorini.studies.paper import stepper as paper_stepper
@@ -154,6 +155,62 @@ def work_precision(
     return study
 
 
+def second_scheme(report: Progress = lambda text: None, halvings: int = 8) -> Study:
+    """Moreau's scheme on the slope, case 1: error (74) and penetration against computing time."""
+    study = Study("moreau")
+    sizes = 3.2e-3 * 2.0 ** np.arange(halvings)
+    reference = paper_stepper("slope", 4).simulate(t_end=1.6384, dt=2e-4, tol=0, every=16)
+    steppers = {
+        "Moreau": build(slope.model(), scheme="moreau"),
+        **{f"Lobatto, s = {s}": paper_stepper("slope", s) for s in (2, 3)},
+    }
+    for name, stepper in steppers.items():
+        errors, seconds, sunk = [], [], []
+        for dt in sizes:
+            report(f"{name}, dt = {dt:g}")
+            runs = []
+            for _ in range(5):
+                start = time.process_time()
+                traj = stepper.simulate(t_end=1.6384, dt=dt)
+                runs.append(time.process_time() - start)
+            errors.append(error(traj, reference, "q"))
+            seconds.append(median(runs))
+            sunk.append(max(0.0, -float(traj.g_N.min())))
+        study.curves[name] = {
+            "seconds": np.array(seconds),
+            "q": np.array(errors),
+            "penetration": np.array(sunk),
+        }
+        order = slope_of(sizes, np.array(errors), 3e-12)
+        expected = {"Moreau": 1.0, "Lobatto, s = 2": 2.0, "Lobatto, s = 3": 4.0}[name]
+        study.claims.append(
+            near(f"second scheme, {name}", "order", order, expected, 0.2 * expected)
+        )
+        if name == "Moreau":
+            study.claims.append(
+                Claim(
+                    f"second scheme, {name}",
+                    f"penetration at dt = {sizes[0]:g}",
+                    sunk[0],
+                    ">=",
+                    1e-6,
+                    "m",
+                )
+            )
+        else:
+            study.claims.append(
+                Claim(
+                    f"second scheme, {name}",
+                    "penetration at any step size",
+                    max(sunk),
+                    "<=",
+                    1e-12,
+                    "m",
+                )
+            )
+    return study
+
+
 def high_orders(report: Progress = lambda text: None, stages: tuple[int, ...] = (5, 6, 7)) -> Study:
     """Orders 2s - 2 of a pendulum in 40 digits, the equations of the scheme written out anew."""
     study = Study("high orders")
@@ -200,5 +257,6 @@ STUDIES: dict[str, Callable[..., Study]] = {
     "energy": energy,
     "reversibility": reversibility,
     "work": work_precision,
+    "moreau": second_scheme,
     "high orders": high_orders,
 }

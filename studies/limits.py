@@ -179,9 +179,7 @@ def bilateral(report: Progress = lambda text: None, stages: tuple[int, ...] = (2
 
 
 STUDIES: dict[str, Callable[..., Study]] = {
-    
     "orders": orders,
     "lost impacts": lost_impacts,
     "bilateral": bilateral,
-,
 }

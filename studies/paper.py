@@ -358,11 +358,9 @@ def slope_of(dt: np.ndarray, errors: np.ndarray, rounding: float) -> float:
 
 
 STUDIES: dict[str, Callable[..., Study]] = {
-    
     "fig3": fig3,
     "fig4": fig4,
     "fig6": fig6,
     "fig8": fig8,
     "fig9": fig9,
-,
 }

@@ -24,6 +24,7 @@ REDUCED = {
     "energy": lambda: invariants.energy(steps=20_000),
     "reversibility": invariants.reversibility,
     "work": lambda: invariants.work_precision(stages=(2, 3), halvings=3),
+    "moreau": lambda: invariants.second_scheme(halvings=5),
     "high orders": lambda: invariants.high_orders(stages=(6,)),
 }
 

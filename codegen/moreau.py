@@ -1,0 +1,184 @@
+"""Moreau's midpoint time-stepping as one nonlinear problem."""
+
+import casadi as ca
+from signorini.codegen.derive import Derivation
+from signorini.codegen.magnitude import magnitude
+from signorini.codegen.scheme import (
+    Assembly,
+    Call,
+    Point,
+    Problem,
+    Scheme,
+    Target,
+    column,
+    dense,
+    matrix,
+    restitution,
+)
+
+_END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
+_DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
+_MIDDLE = "w->t + {0.5} * w->h"
+
+
+def moreau_scheme(d: Derivation, stages: int) -> Scheme:
+    """Return the scheme for the model behind `d`.
+
+    Parameters
+    ----------
+    d : Derivation
+        Derived functions of the model.
+    stages : int
+        Not used: the scheme has one point, the middle.
+
+    Notes
+    -----
+    J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988. With
+    q_m = q_n + h/2 v_n and t_m = t_n + h/2::
+
+        p(t_m, q_m, v_{n+1}) - p(t_m, q_m, v_n) = h (dL/dq + f - p_q v - p_t)(t_m, q_m, v_n) + W P
+        g_dot = gamma = 0,  0 <= xi_N, P_N and the impact laws at (t_m, q_m) if g_N(t_m, q_m) <= 0
+        q_{n+1} = q_n + h/2 (v_n + v_{n+1})
+
+    Constraints hold on velocity level only: position constraints drift, contacts penetrate.
+    """
+    data = d.data
+    n, n_R = data.n_q, data.n_g + data.n_gamma + data.n_N + data.n_F
+    h = ca.SX.sym("w->h")
+    end = Point(
+        "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
+    )
+    end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+    opening = Point(
+        "opening",
+        ("t", "q", "v", "u", "par", "h"),
+        {
+            "force": d["force"],
+            "force_size": magnitude(d["force"]),
+            "guard": _closed(d),
+            **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
+            **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
+        },
+    )
+    begin = {name: end.at("w->start", name) for name in end.fields}
+    finish = {name: end.at("w->end", name) for name in end.fields}
+    known = {name: opening.at("w->opening", name) for name in opening.fields}
+    W = ca.horzcat(*(finish[name] for name in _DIRECTIONS))
+    P = column("w->lambda", n_R)
+    v_end = column("w->x", n)
+    q_n, v_n = column("w->q", n), column("w->v", n)
+
+    r = finish["p"] - begin["p"] - h * known["force"]
+    if n_R:
+        r = r - W @ P
+    xi_N, xi_F = restitution(
+        d,
+        ca.densify(begin["g_N_dot"]),
+        ca.densify(begin["gamma_F"]),
+        known["e_N"],
+        known["e_F"],
+    )
+    y = ca.vertcat(
+        finish["g_dot"], finish["gamma"], finish["g_N_dot"] + xi_N, finish["gamma_F"] + xi_F
+    )
+    middle = ("w->Q", "w->v", "par")
+    problem = Problem(
+        "velocity",
+        "Moreau's midpoint rule: v_{n+1}, P",
+        n,
+        1,
+        "velocity",
+        False,
+        ((1.0, 1.0),),
+        (
+            Call("end", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end"),
+            Assembly(
+                "velocity_values",
+                (
+                    dense("w->r", r, "p(v_{n+1}) - p(v_n) - h (dL/dq + f - p_q v - p_t) - W P = 0"),
+                    dense("w->y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
+                    dense("w->radius", ca.densify(known["rho"]), "radii h bound"),
+                ),
+            ),
+        ),
+        (
+            Call("end_jacobian", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian"),
+            Assembly(
+                "velocity_derivatives",
+                (
+                    matrix("w->A", end_jacobian.at("w->end_jacobian", "p_v"), "A = dp/dv_{n+1}"),
+                    matrix("w->B", -W, "B = -W, column by column", "column"),
+                    matrix("w->C", W.T, "C = W^T"),
+                    matrix("w->C_radius", ca.SX(d["rho"].numel(), n), "the radii are given"),
+                ),
+            ),
+        ),
+    )
+    directions = ca.horzcat(*(begin[name] for name in _DIRECTIONS))
+    drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
+    start = (
+        Assembly("middle", (dense("w->Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
+        Call("end", (_MIDDLE, *middle), "&w->start"),
+        Call("end_jacobian", (_MIDDLE, *middle), "&w->start_jacobian"),
+        Call("opening", (_MIDDLE, "w->Q", "w->v", "w->u", "par", "w->h"), "&w->opening"),
+        Assembly(
+            "start_assembly",
+            (
+                matrix(
+                    "w->mass",
+                    end_jacobian.at("w->start_jacobian", "p_v"),
+                    "M at (t_m, q_m)",
+                ),
+                matrix("w->direction", directions.T, "W^T at (t_m, q_m), row by row"),
+                dense("w->drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
+                dense("w->force_size", known["force_size"], "size of the forces"),
+                dense("w->p", begin["p"], "p(t_m, q_m, v_n)"),
+                dense("w->mu", known["mu"], "friction coefficients"),
+                dense("w->e_N", known["e_N"], "normal restitution"),
+                dense("w->e_F", known["e_F"], "tangential restitution"),
+                dense("w->guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
+                Target("w->no_R", n_R, (), True, "not used"),
+            ),
+        ),
+    )
+    return Scheme(
+        name="moreau",
+        title="Moreau, midpoint",
+        stages=1,
+        points=(end, end_jacobian, opening),
+        places=(
+            ("end", "start", 0),
+            ("end_jacobian", "start_jacobian", 0),
+            ("end", "end", 0),
+            ("end_jacobian", "end_jacobian", 0),
+            ("opening", "opening", 0),
+        ),
+        start=start,
+        problems=(problem,),
+        finish=Assembly(
+            "finish",
+            (
+                dense("w->q_end", q_n + h / 2 * (v_n + v_end), "q_n + h/2 (v_n + v_{n+1})"),
+                dense("w->v_end", v_end, "v_{n+1}"),
+            ),
+        ),
+        record=Assembly(
+            "stages",
+            (
+                dense("stage_t", ca.SX.sym("w->t") + h / 2, "t_m"),
+                dense("stage_q", column("w->Q", n), "q_m"),
+                dense("stage_v", v_end, "v_{n+1}"),
+                dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P"),
+            ),
+        ),
+        guarded=tuple(c.g_N is not None or c.guard is not None for c in data.contacts),
+    )
+
+
+def _closed(d: Derivation) -> ca.SX:
+    """For every contact what must be >= 0 for it to act: -g_N, and its guard."""
+    rows = []
+    for c in d.data.contacts:
+        closed = ca.SX(0) if c.g_N is None else -c.g_N
+        rows.append(closed if c.guard is None else ca.fmin(closed, c.guard))
+    return ca.vertcat(ca.SX(0, 1), *rows)
