@@ -60,6 +60,7 @@ def run(
     *,
     stages: int = 3,
     scheme: Literal["lobatto", "moreau"] = "lobatto",
+    velocity_constraints: Literal["paper", "full_order"] | None = None,
     dt: float | None = None,
     t_end: float | None = None,
     set: Pairs = None,
@@ -84,6 +85,8 @@ def run(
         Number of stages s of the Lobatto scheme, at least 2.
     scheme
         lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+    velocity_constraints
+        paper, or full_order: the default for models without contacts.
     dt
         Step size, by default what the model suggests or 0.01.
     t_end
@@ -124,7 +127,13 @@ def run(
     start_q, start_v = _pairs("--q0", q0), _pairs("--v0", v0)
     with console.status(f"generating and compiling {model}"):
         chosen = find_model(model)
-        stepper = build(chosen, stages=stages, scheme=scheme, precision=precision)
+        stepper = build(
+            chosen,
+            stages=stages,
+            scheme=scheme,
+            velocity_constraints=velocity_constraints,
+            precision=precision,
+        )
     grid = {"dt": 1e-2, "t_end": 2.0, "inputs": None} | chosen.suggested
     q, v = _start(stepper, parameters, start_q, start_v, project)
     with warnings.catch_warnings(record=True) as caught:
@@ -160,6 +169,7 @@ def generate(
     *,
     stages: int = 3,
     scheme: Literal["lobatto", "moreau"] = "lobatto",
+    velocity_constraints: Literal["paper", "full_order"] | None = None,
     out: Path | None = None,
     prefix: str | None = None,
     precision: Literal["double", "float"] = "double",
@@ -175,6 +185,8 @@ def generate(
         Number of stages s of the Lobatto scheme, at least 2.
     scheme
         lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+    velocity_constraints
+        paper, or full_order: the default for models without contacts.
     out
         Folder to write, by default ./<model>_c.
     prefix
@@ -201,6 +213,7 @@ def generate(
         Path(f"{chosen.name}_c") if out is None else out,
         stages=stages,
         scheme=scheme,
+        velocity_constraints=velocity_constraints,
         prefix=prefix,
         precision=precision,
     )
@@ -382,7 +395,8 @@ def reproduce(*names: str, out: Path) -> None:
     ----------
     names
         all, or some of fig3, fig4, fig6, fig8, fig9 (the paper's figures), orders,
-        lost_impacts, bilateral (where its orders end), energy, reversibility, work,
+        lost_impacts, bilateral (where its orders end), full_order (where they do not),
+        energy, reversibility, work,
         moreau (a second scheme), high_orders.
     out
         Folder for figures (PNG, PDF), results.md and results.json.

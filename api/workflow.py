@@ -21,7 +21,7 @@ def build(
     *,
     stages: int = 3,
     scheme: str = "lobatto",
-    velocity_constraints: str = "paper",
+    velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
 ) -> Stepper:
@@ -35,8 +35,10 @@ def build(
         Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2.
     scheme : {"lobatto", "moreau"}
         The variational scheme, or Moreau's midpoint rule, for which `stages` means nothing.
-    velocity_constraints : str
-        "paper": gamma = 0 holds at the stage velocities V^i, (51).
+    velocity_constraints : {"paper", "full_order"}, optional
+        "paper": gamma = 0 holds at the stage velocities V^i, (51), order s - 1 where its directions
+        depend on q. "full_order": at auxiliary velocities, order 2 s - 2; for models without
+        contacts, and their default.
     prefix : str, optional
         Prefix of the C names; the model's name by default.
     precision : {"double", "float"}
@@ -73,7 +75,7 @@ def generate(
     *,
     stages: int = 3,
     scheme: str = "lobatto",
-    velocity_constraints: str = "paper",
+    velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
 ) -> Path:
@@ -143,7 +145,9 @@ def check(
     if not stages:
         raise GenerationError("stages is empty: give at least one number of stages")
     freeze(model)
-    checker = Checker(model, lambda m, s: build(m, stages=s), seed, progress)
+    checker = Checker(
+        model, lambda m, s: build(m, stages=s, velocity_constraints="paper"), seed, progress
+    )
     return checker.run(list(stages), sanitize)
 
 
@@ -173,7 +177,7 @@ def drift(
         model,
         about["stages"] if stages is None else stages,
         about["scheme"],
-        "paper",
+        about["velocity_form"],
         about["prefix"],
         about["precision"],
     )
@@ -194,15 +198,16 @@ def _render(
     model: Model,
     stages: int,
     scheme: str,
-    velocity_constraints: str,
+    velocity_constraints: str | None,
     prefix: str | None,
     precision: str,
 ) -> dict[str, str]:
-    if velocity_constraints != "paper":
-        raise GenerationError(
-            f"velocity_constraints {velocity_constraints!r} is unknown; there is: paper"
-        )
     spec = emit_spec(
-        freeze(model), stages=stages, scheme=scheme, prefix=prefix, precision=precision
+        freeze(model),
+        stages=stages,
+        scheme=scheme,
+        velocity_constraints=velocity_constraints,
+        prefix=prefix,
+        precision=precision,
     )
     return emit.render(spec)

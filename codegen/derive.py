@@ -33,6 +33,8 @@ QUANTITIES: dict[str, Quantity] = {
     "f": Quantity("f(t, q, v, u)", "generalized forces that L does not contain"),
     "g": Quantity("g(t, q) = 0  (13)", "position constraints"),
     "g_dot": Quantity("g_dot = W_g^T v + dg/dt", "velocities of the position constraints"),
+    "g_rate": Quantity("dg_dot/dq v + dg_dot/dt", "part of g's second derivative without dv/dt"),
+    "gamma_rate": Quantity("dgamma/dq v + dgamma/dt", "part of dgamma/dt without dv/dt"),
     "gamma": Quantity("gamma = W_gamma^T v + chi_gamma = 0  (13)", "velocity constraints"),
     "g_N": Quantity("g_N(t, q) >= 0", "gaps"),
     "g_N_dot": Quantity("g_N_dot = W_N^T v + dg_N/dt", "normal velocities"),
@@ -134,6 +136,12 @@ class Derivation:
 
     def _g_dot(self) -> ca.SX:
         return self["g_q"] @ self.data.v + self["chi_g"]
+
+    def _g_rate(self) -> ca.SX:
+        return ca.densify(self["g_dot_q"] @ self.data.v + self["g_dot_t"])
+
+    def _gamma_rate(self) -> ca.SX:
+        return ca.densify(self["gamma_q"] @ self.data.v + self["gamma_t"])
 
     def _gamma(self) -> ca.SX:
         return self.data.gamma

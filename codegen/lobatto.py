@@ -38,10 +38,10 @@ def lobatto_scheme(d: Derivation, stages: int) -> Scheme:
     first (V^1 ... V^s, R^1 ... R^{s-1}) are found from (47b), (47f), (51), (52), (57), then
     (v_{n+1}, Delta P) from (47d), (48), (51), (56), (58).
     """
-    return _Lobatto(d, stages).scheme()
+    return Lobatto(d, stages).scheme()
 
 
-class _Lobatto:
+class Lobatto:
     def __init__(self, d: Derivation, s: int) -> None:
         self.d = d
         self.s = s
@@ -115,7 +115,11 @@ class _Lobatto:
             place = f"&w->{point.name}[{i}]"
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{i * self.n}]"
             calls.append(
-                Call(point.name, (_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R), place)
+                Call(
+                    point.name,
+                    (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R),
+                    place,
+                )
             )
         return tuple(calls)
 
@@ -137,7 +141,7 @@ class _Lobatto:
             "(47b), (47f), (51), (52), (57): V^1 ... V^s, R^1 ... R^{s-1}",
             self.s * self.n,
             self.s - 1,
-            "position",
+            self.s - 1,
             False,
             response,
             (self.stage_points(), *self.stage_calls(self.stage), self.position_values()),
@@ -148,7 +152,7 @@ class _Lobatto:
             "(47d), (48), (51), (56), (58): v_{n+1}, Delta P",
             self.n,
             1,
-            "velocity",
+            0,
             True,
             ((1.0, 1.0),),
             (self.end_call(self.end), self.velocity_values()),
@@ -273,12 +277,12 @@ class _Lobatto:
         return Assembly(
             "position_derivatives",
             (
-                matrix("w->A", _blocks(A), "A = dr/dV"),
-                matrix("w->B", _blocks(B), "B = dr/dR, column by column", "column"),
-                matrix("w->C", _blocks(C), "C = dy/dV"),
+                matrix("w->A", blocks(A), "A = dr/dV"),
+                matrix("w->B", blocks(B), "B = dr/dR, column by column", "column"),
+                matrix("w->C", blocks(C), "C = dy/dV"),
                 matrix(
                     "w->C_radius",
-                    _blocks(C_radius) if n_b else ca.SX(0, s * n),
+                    blocks(C_radius) if n_b else ca.SX(0, s * n),
                     "d(radius)/dV",
                 ),
             ),
@@ -366,6 +370,7 @@ class _Lobatto:
             (
                 dense("w->q_end", Q, "q_{n+1} = Q^s"),
                 dense("w->v_end", self.v_end, "v_{n+1}"),
+                dense("w->P", self.delta_P, "Delta P"),
             ),
         )
 
@@ -390,11 +395,13 @@ class _Lobatto:
         )
 
 
-def _time(c: mp.mpf) -> str:
+def stage_time(c: mp.mpf) -> str:
+    """C text of t_n + c h; numbers in braces get their suffix later."""
     if c == 0:
         return "w->t"
     return "w->t + w->h" if c == 1 else f"w->t + {{{float(c)!r}}} * w->h"
 
 
-def _blocks(rows: list[list[ca.SX]]) -> ca.SX:
+def blocks(rows: list[list[ca.SX]]) -> ca.SX:
+    """A matrix of blocks."""
     return ca.vertcat(*(ca.horzcat(*row) for row in rows))

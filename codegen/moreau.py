@@ -40,7 +40,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         g_dot = gamma = 0,  0 <= xi_N, P_N and the impact laws at (t_m, q_m) if g_N(t_m, q_m) <= 0
         q_{n+1} = q_n + h/2 (v_n + v_{n+1})
 
-    Constraints hold on velocity level only: position constraints drift, contacts penetrate.
+    (T5), (T6), (T7) of docs/theory.md. Constraints hold on velocity level only: position
+    constraints drift, contacts penetrate.
     """
     data = d.data
     n, n_R = data.n_q, data.n_g + data.n_gamma + data.n_N + data.n_F
@@ -87,7 +88,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         "Moreau's midpoint rule: v_{n+1}, P",
         n,
         1,
-        "velocity",
+        0,
         False,
         ((1.0, 1.0),),
         (
@@ -95,7 +96,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             Assembly(
                 "velocity_values",
                 (
-                    dense("w->r", r, "p(v_{n+1}) - p(v_n) - h (dL/dq + f - p_q v - p_t) - W P = 0"),
+                    dense("w->r", r, "(T5): p(v_{n+1}) - p(v_n) - h force - W P = 0"),
                     dense("w->y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
                     dense("w->radius", ca.densify(known["rho"]), "radii h bound"),
                 ),
@@ -160,6 +161,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             (
                 dense("w->q_end", q_n + h / 2 * (v_n + v_end), "q_n + h/2 (v_n + v_{n+1})"),
                 dense("w->v_end", v_end, "v_{n+1}"),
+                dense("w->P", P, "P"),
             ),
         ),
         record=Assembly(

@@ -84,25 +84,31 @@ class Problem:
         "position" or "velocity".
     n_x, n_slots : int
         Smooth unknowns (blocks of velocities) and groups of percussions.
-    level : {"position", "velocity"}
-        Whether g and g_N stand in the rows themselves or their velocities.
+    gap_slots : int
+        In how many slots, from the first, the rows of g and g_N are gaps; velocities in the rest.
     follows : bool
         Only contacts that the previous problem left closed take part.
     response : tuple of (mpf, mpf)
         For every slot the response of gap / h and of slip velocity to the own percussion.
     values, derivatives : tuple of Call or Assembly
         How r, y, radius and A, B, C, C_radius are computed.
+    last_rows : int, optional
+        How many bilateral rows the last slot has, by default all.
+    opening : bool
+        The problem finds the constraint forces at the start that later steps carry along.
     """
 
     name: str
     equations: str
     n_x: int
     n_slots: int
-    level: str
+    gap_slots: int
     follows: bool
     response: tuple[tuple[float, float], ...]
     values: tuple[Call | Assembly, ...]
     derivatives: tuple[Call | Assembly, ...]
+    last_rows: int | None = None
+    opening: bool = False
 
 
 @dataclass(frozen=True, eq=False)

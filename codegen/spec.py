@@ -12,6 +12,7 @@ from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
 from signorini.codegen.errors import GenerationError
+from signorini.codegen.full_order import full_order_scheme
 from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
@@ -104,7 +105,9 @@ class ProblemSpec:
     x: int
     lam: int
     response_row: int
-    level: str
+    gap_slots: int
+    last_rows: int
+    opening: bool
     follows: bool
     response: tuple[tuple[str, str], ...]
     values: tuple[Step, ...]
@@ -124,6 +127,7 @@ class EmitSpec:
     scheme: str
     title: str
     stages: int
+    velocity_constraints: str
     precision: Precision
     sizes: Sizes
     coordinates: tuple[str, ...]
@@ -153,6 +157,11 @@ class EmitSpec:
     example_steps: int
 
     @property
+    def carries(self) -> bool:
+        """Whether the state carries constraint forces along."""
+        return any(p.opening for p in self.problems)
+
+    @property
     def manifest_hash(self) -> str:
         """Hash of the manifest; the C code carries it, so that a loader sees any edit."""
         return hashlib.sha256(json.dumps(_manifest(self), sort_keys=True).encode()).hexdigest()
@@ -173,6 +182,7 @@ def emit_spec(
     *,
     stages: int = 3,
     scheme: str = "lobatto",
+    velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
 ) -> EmitSpec:
@@ -185,7 +195,9 @@ def emit_spec(
     stages : int
         Number of stages s >= 2.
     scheme : str
-        Name of the scheme, "lobatto".
+        Name of the scheme, "lobatto" or "moreau".
+    velocity_constraints : {"paper", "full_order"}, optional
+        Where gamma = 0 holds, see `build`.
     prefix : str, optional
         Prefix of the C names; the model's name by default.
     precision : {"double", "float"}
@@ -225,18 +237,51 @@ def emit_spec(
             raise GenerationError(
                 f"the name '{name}' is a macro of the generated header: rename it or give a prefix"
             )
+    form = _velocity_constraints(data, scheme, velocity_constraints)
     d = Derivation(data)
+    make = full_order_scheme if form == "full_order" else SCHEMES[scheme]
     try:
-        plan = SCHEMES[scheme](d, stages)
+        plan = make(d, stages)
     except ValueError as error:
         raise GenerationError(str(error)) from None
-    return _Builder(data, d, plan, prefix, PRECISIONS[precision]).spec()
+    return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()
+
+
+def _velocity_constraints(data: ModelData, scheme: str, asked: str | None) -> str:
+    """The form in use: full order by default where it can be had, the paper's elsewhere."""
+    possible = scheme == "lobatto" and data.n_gamma > 0 and not data.contacts
+    if asked is None:
+        return "full_order" if possible else "paper"
+    if asked not in ("paper", "full_order"):
+        raise GenerationError(
+            f"velocity_constraints {asked!r} is unknown; choose one of: paper, full_order"
+        )
+    if asked == "full_order" and not possible:
+        reason = (
+            "it has contacts, and the force that is carried from step to step means nothing after "
+            "an impact"
+            if data.contacts
+            else "it has no velocity constraints"
+            if not data.n_gamma
+            else f"the scheme is {scheme}"
+        )
+        raise GenerationError(
+            f"model '{data.name}', velocity_constraints='full_order': {reason}. Use 'paper'."
+        )
+    return asked
 
 
 class _Builder:
     def __init__(
-        self, data: ModelData, d: Derivation, plan: Scheme, prefix: str, precision: Precision
+        self,
+        data: ModelData,
+        d: Derivation,
+        plan: Scheme,
+        prefix: str,
+        precision: Precision,
+        velocity_constraints: str,
     ) -> None:
+        self.velocity_constraints = velocity_constraints
         self.data = data
         self.d = d
         self.plan = plan
@@ -282,6 +327,7 @@ class _Builder:
             scheme=plan.name,
             title=plan.title,
             stages=plan.stages,
+            velocity_constraints=self.velocity_constraints,
             precision=self.precision,
             sizes=self.sizes,
             coordinates=data.coordinates,
@@ -339,7 +385,11 @@ class _Builder:
                     x=x,
                     lam=lam,
                     response_row=row,
-                    level=p.level,
+                    gap_slots=p.gap_slots,
+                    last_rows=(
+                        self.sizes.n_g + self.sizes.n_gamma if p.last_rows is None else p.last_rows
+                    ),
+                    opening=p.opening,
                     follows=p.follows,
                     response=tuple(
                         (self.precision.number(a), self.precision.number(b)) for a, b in p.response
@@ -395,6 +445,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "prefix": spec.prefix,
         "scheme": spec.scheme,
         "stages": spec.stages,
+        "velocity_form": spec.velocity_constraints,
         "precision": spec.precision.name,
         "sizes": asdict(spec.sizes),
         "coordinates": list(spec.coordinates),

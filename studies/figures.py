@@ -169,6 +169,16 @@ def _orders(study: Study, plt: Any) -> Any:
     return fig
 
 
+def _full_order(study: Study, plt: Any) -> Any:
+    texts = list(dict.fromkeys(name.rsplit(", s =", 1)[0] for name in study.curves))
+    fig, axes = _axes(plt, 1, len(texts), (4.4 * len(texts), 4))
+    for axis, text in zip(axes.flat, texts, strict=True):
+        names = [n for n in study.curves if n.startswith(text)]
+        _convergence(axis, study, names, "q", lambda s: 2 * s - 2)
+        axis.set_title(text, fontsize=9)
+    return fig
+
+
 def _impacts(study: Study, plt: Any) -> Any:
     fig, ((axis,),) = _axes(plt, 1, 1, (6, 3.6))
     for k, (rule, c) in enumerate(study.curves.items()):
@@ -246,6 +256,7 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "fig8": _fig8,
     "fig9": _fig9,
     "orders": _orders,
+    "full order": _full_order,
     "lost impacts": _impacts,
     "bilateral": _over_time("difference of q [m]", "Closed contact and bilateral constraint"),
     "energy": _over_time("error of the energy", "Planet, Δt = 0.1"),

@@ -19,6 +19,7 @@ REDUCED = {
     "fig8": paper.fig8,
     "fig9": lambda: paper.fig9(stages=(2, 3, 4), halvings=8, finest=4e-4),
     "orders": lambda: limits.orders(stages=(2, 3), counts=(20, 40, 80)),
+    "full order": lambda: limits.full_order(stages=(2, 3)),
     "lost impacts": lambda: limits.lost_impacts(stages=(2, 4), phases=100),
     "bilateral": lambda: limits.bilateral(stages=(3,)),
     "energy": lambda: invariants.energy(steps=20_000),

@@ -57,7 +57,13 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
         for (c = 0; c < SG_NORMAL; ++c) {
-            const int gap = pr->level == SG_POSITION && sg_is_gap_row(c);
+            const int gap = sg_is_gap(pr, slot, c);
+            if (!sg_takes_part(pr, slot, c)) {
+                if (lambda[base + c] != SG_C(0.0)) {
+                    return 0;
+                }
+                continue;
+            }
             if (!sg_small(w->y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
                           gap ? w->gap_floor[c] : sg_velocity_floor(w, pr, slot, c), opt)) {
                 return 0;
@@ -71,7 +77,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
             if (contact->normal >= 0) {
                 const int n = SG_NORMAL + contact->normal;
                 const real R = lambda[base + n];
-                const int position = pr->level == SG_POSITION;
+                const int position = sg_is_gap(pr, slot, n);
                 if (pr->follows) {
                     closed = closed && w->active[k];
                 }
@@ -141,6 +147,9 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
 static int sg_check_step(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
     int problem;
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        if (sg_problems[problem].opening && !w->opened) {
+            continue;
+        }
         if (!sg_check_problem(w, par, opt, problem)) {
             return 0;
         }

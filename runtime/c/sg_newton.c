@@ -9,8 +9,9 @@ static void sg_contact_rows(SG(work) * w, int problem) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
         for (c = 0; c < SG_NORMAL; ++c) {
-            w->kind[base + c] = SG_ROW_FREE;
-            w->phi[base + c] = w->prox_r[base + c] * w->y[base + c];
+            const int part = sg_takes_part(pr, slot, c);
+            w->kind[base + c] = part ? SG_ROW_FREE : SG_ROW_ZERO;
+            w->phi[base + c] = part ? w->prox_r[base + c] * w->y[base + c] : lambda[base + c];
         }
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];

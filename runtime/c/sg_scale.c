@@ -84,8 +84,7 @@ static int sg_masses(SG(work) * w) {
    the stages are determined no better. */
 static real sg_velocity_floor(const SG(work) * w, const sg_problem *pr, int slot, int c) {
     const real *response = sg_response[pr->response + slot];
-    return pr->level == SG_POSITION ? w->gap_floor[c] * response[1] / (w->h * response[0])
-                                    : SG_C(0.0);
+    return slot < pr->gap_slots ? w->gap_floor[c] * response[1] / (w->h * response[0]) : SG_C(0.0);
 }
 
 /* Scales of the rows of one problem, from the start of the step and the velocities of the current
@@ -129,7 +128,7 @@ static void sg_row_scales(SG(work) * w, int problem) {
         for (c = 0; c < SG_NC; ++c) {
             const int n = slot * SG_NC + c;
             w->phi_floor[n] = w->rounding[n] = SG_FLOOR * w->percussion_scale[c];
-            if (pr->level == SG_POSITION && sg_is_gap_row(c)) {
+            if (sg_is_gap(pr, slot, c)) {
                 w->phi_floor[n] += w->r_auto[n] * w->gap_floor[c];
                 w->rounding[n] = w->phi_floor[n];
             } else {
@@ -147,7 +146,7 @@ static void sg_prox_parameters(SG(work) * w, const SG(options) * opt, int proble
         const real *response = sg_response[pr->response + slot];
         for (c = 0; c < SG_NC; ++c) {
             const int k = slot * SG_NC + c;
-            const int gap = pr->level == SG_POSITION && sg_is_gap_row(c);
+            const int gap = sg_is_gap(pr, slot, c);
             w->r_auto[k] = gap ? w->m_eff[c] / (w->h * response[0]) : w->m_eff[c] / response[1];
             w->prox_r[k] = opt->r > SG_C(0.0) && c >= SG_NORMAL ? opt->r : w->r_auto[k];
         }

@@ -128,6 +128,9 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     for (j = 0; j < SG_NU; ++j) {
         w->u[j] = u[j];
     }
+    for (j = 0; j < SG_NGAMMA; ++j) {
+        w->carried[j] = s->has_force ? s->carried[j] : lambda[SG_NG + j] / h;
+    }
     w->friction = SG_C(1.0);
     SG(start)(w, par);
     if (!sg_masses(w)) {

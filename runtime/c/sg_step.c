@@ -30,7 +30,7 @@ static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, 
 static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
-    for (slot = 0; slot < pr->n_slots && pr->level == SG_POSITION; ++slot) {
+    for (slot = 0; slot < pr->gap_slots; ++slot) {
         for (k = 0; k < SG_NK; ++k) {
             if (sg_contacts[k].normal >= 0 && w->exists[k]) {
                 const real gap = w->y[slot * SG_NC + SG_NORMAL + sg_contacts[k].normal];
@@ -65,10 +65,19 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         return SG_K(SINGULAR);
     }
     warm = s->warm && s->h_guess == h;
+    w->opened = !s->has_force;
+    sg_copy(SG_NGAMMA, s->carried, w->carried);
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        const sg_problem *pr = &sg_problems[problem];
+        if (pr->opening && !w->opened) {
+            continue;
+        }
         status = sg_solve(w, s, par, opt, info, problem, warm);
         if (status != SG_K(OK)) {
             return status;
+        }
+        for (k = 0; pr->opening && k < SG_NGAMMA; ++k) {
+            w->carried[k] = w->lambda[pr->lambda + SG_NG + k] / h;
         }
         if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
             sg_activity(w, opt, info, problem);
@@ -99,6 +108,10 @@ static void sg_commit(SG(state) * s, const SG(work) * w) {
     sg_copy(SG_NQ, w->v_end, s->v);
     s->warm = same;
     s->h_guess = w->h;
+    if (SG_CARRIES) {
+        s->has_force = 1;
+        sg_copy(SG_NGAMMA, w->carried_end, s->carried);
+    }
 }
 
 static void sg_reset_info(SG(info) * info) {
@@ -122,6 +135,8 @@ static void sg_reset_guess(SG(state) * s) {
     }
     s->warm = 0;
     s->h_guess = SG_C(0.0);
+    s->has_force = 0;
+    sg_fill(SG_NGAMMA, SG_C(0.0), s->carried);
 }
 
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
@@ -180,7 +195,7 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
             done += stride;
             sg_commit(&w->trial, w);
             for (j = 0; j < SG_NC; ++j) {
-                info->P[j] += w->lambda[sg_problems[SG_PROBLEMS - 1].lambda + j];
+                info->P[j] += w->P[j];
             }
             if (level > 0) {
                 ++info->substeps;

@@ -8,13 +8,14 @@ typedef struct {
 
 /* One nonlinear problem of the scheme: n_x smooth unknowns (blocks of velocities), n_slots groups
    of SG_NC percussions, first unknown and first percussion of the problem in work.x and
-   work.lambda, first row of the response table, level of the kinematics, and whether only
-   contacts that the problem before left closed take part. */
+   work.lambda, first row of the response table; gap_slots: in how many slots, from the first, the
+   rows of g and g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows
+   the last slot has; follows: only contacts that the problem before left closed take part; opening:
+   finds the constraint forces at the start, solved only if the state does not carry them. */
 typedef struct {
-    int n_x, n_slots, x, lambda, response, level, follows;
+    int n_x, n_slots, x, lambda, response, gap_slots, last_rows, follows, opening;
 } sg_problem;
 
-enum { SG_POSITION = 0, SG_VELOCITY = 1 };         /* sg_problem.level */
 enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };    /* kind of a percussion row */
 enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };    /* info.percussions */
 enum { SG_COLD = 1, SG_RAISED = 2, SG_SWEPT = 4 }; /* info.rescues */
@@ -36,9 +37,15 @@ static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real 
 static void SG(evaluate_consistency)(real t, const real q[], const real v[], const SG(params) * par,
                                      SG(consistency) * out);
 
-/* 1 if percussion row c of a slot belongs to the position level (g, g_N), 0 for velocities. */
-static int sg_is_gap_row(int c) {
-    return c < SG_NG || (c >= SG_NG + SG_NGAMMA && c < SG_NG + SG_NGAMMA + SG_NN);
+/* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
+static int sg_is_gap(const sg_problem *pr, int slot, int c) {
+    return slot < pr->gap_slots &&
+           (c < SG_NG || (c >= SG_NG + SG_NGAMMA && c < SG_NG + SG_NGAMMA + SG_NN));
+}
+
+/* 1 if bilateral row c of a slot takes part. */
+static int sg_takes_part(const sg_problem *pr, int slot, int c) {
+    return slot + 1 < pr->n_slots || c < pr->last_rows;
 }
 
 /* Percussion rows of a slot, at least one, for divisions. */

@@ -1,0 +1,324 @@
+"""Velocity constraints at full order: conditions on auxiliary velocities with IIIA weights."""
+
+import casadi as ca
+from signorini.codegen.derive import Derivation
+from signorini.codegen.lobatto import Lobatto, blocks, stage_time
+from signorini.codegen.scheme import Assembly, Call, Point, Problem, Scheme, column, dense, matrix
+
+
+def full_order_scheme(d: Derivation, stages: int) -> Scheme:
+    """Return the scheme for a model without contacts.
+
+    Parameters
+    ----------
+    d : Derivation
+        Derived functions of the model.
+    stages : int
+        Number of stages s >= 2.
+
+    Notes
+    -----
+    (51) tests gamma at the IIIB velocities V^i, whose stage order is low: order s - 1. Here
+    auxiliary velocities U^i, i = 2 ... s, with U^s = v_{n+1}, solve::
+
+        p(t^i, Q^i, U^i) = p_n + sum_j a_ij F^j,    gamma(t^i, Q^i, U^i) = 0    (T1), (T2)
+
+    for R_gamma^2 ... R_gamma^s; R_gamma^1 / h is the force at t_n, carried over from
+    R_gamma^s / h of the step before (T3) and found at the start of a run from the equations of
+    motion (T4). (T1) ... are the equations of docs/theory.md.
+    R^s enters the U^i, so that all unknowns but that force stand in one problem. The order is
+    2 s - 2.
+    """
+    return _FullOrder(d, stages).scheme()
+
+
+class _FullOrder(Lobatto):
+    def __init__(self, d: Derivation, s: int) -> None:
+        super().__init__(d, s)
+        data = d.data
+        n, n_R = self.n, self.n_R
+        self.n_g, self.n_gamma = data.n_g, data.n_gamma
+        # problem 0: velocity increments and percussions of the start; problem 1: V, U and R
+        self.x = column("w->x", s * n, n)
+        self.U = column("w->x", (s - 1) * n, n + s * n)
+        self.v_end = self.U[(s - 2) * n :]
+        self.lam = column("w->lambda", s * n_R, n_R)
+        self.carried = column("w->carried", self.n_gamma)
+        self.auxiliary = Point(
+            "auxiliary", ("t", "q", "v", "par"), {name: d[name] for name in ("p", "gamma", "g_dot")}
+        )
+        self.auxiliary_jacobian = Point(
+            "auxiliary_jacobian",
+            ("t", "q", "v", "par"),
+            {name: d[name] for name in ("p_q", "p_v", "gamma_q", "gamma_v", "g_dot_q", "g_dot_v")},
+        )
+        self.forces = Point(
+            "forces",
+            ("t", "q", "v", "u", "par"),
+            {name: d[name] for name in ("force", "g_rate", "gamma_rate")},
+        )
+
+    # --- percussions of the stages ---------------------------------------------------------------
+
+    def R_g(self, i: int) -> ca.SX:
+        """R_g^{i+1}: slot i."""
+        return self.lam[i * self.n_R : i * self.n_R + self.n_g]
+
+    def R_gamma(self, i: int) -> ca.SX:
+        """R_gamma^{i+1}: carried for the first stage, slot i - 1 for the others."""
+        if i == 0:
+            return self.h * self.carried
+        first = (i - 1) * self.n_R + self.n_g
+        return self.lam[first : first + self.n_gamma]
+
+    def stage_percussions(self) -> Assembly:
+        rows = [x for i in range(self.s) for x in (self.R_g(i), self.R_gamma(i))]
+        return Assembly(
+            "stage_percussions",
+            (dense("w->R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h times the force"),),
+        )
+
+    def stage_calls(self, point: Point) -> tuple[Call, ...]:
+        calls = []
+        for i in range(self.s):
+            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.n + i * self.n}]"
+            R = f"&w->R[{i * self.n_R}]"
+            time = stage_time(self.tableau.c[i])
+            calls.append(
+                Call(
+                    point.name,
+                    (time, q, v, "w->u", "par", "w->h", R),
+                    f"&w->{point.name}[{i}]",
+                )
+            )
+        return tuple(calls)
+
+    def auxiliary_calls(self, point: Point) -> tuple[Call, ...]:
+        calls = []
+        for i in range(1, self.s):
+            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.n * (self.s + i)}]"
+            calls.append(
+                Call(
+                    point.name,
+                    (stage_time(self.tableau.c[i]), q, v, "par"),
+                    f"&w->{point.name}[{i - 1}]",
+                )
+            )
+        return tuple(calls)
+
+    def aux(self, i: int, name: str) -> ca.SX:
+        """A function at the auxiliary velocity of stage i, counted from 0."""
+        if name in self.auxiliary.fields:
+            return self.auxiliary.at(f"w->auxiliary[{i - 1}]", name)
+        return self.auxiliary_jacobian.at(f"w->auxiliary_jacobian[{i - 1}]", name)
+
+    # --- the scheme ------------------------------------------------------------------------------
+
+    def scheme(self) -> Scheme:
+        s, n = self.s, self.n
+        paper = super().scheme()
+        a_a_hat = self.tableau.a_a_hat
+        response = [
+            (float(abs(a_a_hat[i][i - 1])), float(self.tableau.a[i][i])) for i in range(1, s)
+        ]
+        last = float(self.tableau.b[s - 1])
+        opening = Problem(
+            "start",
+            "accelerations and constraint forces at t_n, times h",
+            n,
+            1,
+            0,
+            False,
+            ((1.0, 1.0),),
+            (self.opening_values(),),
+            (self.opening_derivatives(),),
+            opening=True,
+        )
+        whole = Problem(
+            "whole",
+            "(47b), (47d), (47f), (48), (T1), (T2)",
+            (2 * s - 1) * n,
+            s,
+            s - 1,
+            False,
+            (*response, (last, last)),
+            (
+                self.stage_points(),
+                self.stage_percussions(),
+                *self.stage_calls(self.stage),
+                *self.auxiliary_calls(self.auxiliary),
+                self.whole_values(),
+            ),
+            (
+                *self.stage_calls(self.stage_jacobian),
+                *self.auxiliary_calls(self.auxiliary_jacobian),
+                self.whole_derivatives(),
+            ),
+            last_rows=self.n_g,
+        )
+        return Scheme(
+            name=paper.name,
+            title=f"{paper.title}, velocity constraints at full order",
+            stages=s,
+            points=(
+                *(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
+                *(self.auxiliary, self.auxiliary_jacobian, self.forces),
+            ),
+            places=(
+                ("stage", "stage", s),
+                ("stage_jacobian", "stage_jacobian", s),
+                ("auxiliary", "auxiliary", s - 1),
+                ("auxiliary_jacobian", "auxiliary_jacobian", s - 1),
+                ("end", "start", 0),
+                ("end_jacobian", "start_jacobian", 0),
+                ("opening", "opening", 0),
+                ("forces", "forces", 0),
+            ),
+            start=(
+                *paper.start,
+                Call("forces", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->forces"),
+            ),
+            problems=(opening, whole),
+            finish=self.finish(),
+            record=self.record(),
+            coefficients=paper.coefficients,
+        )
+
+    def _start_directions(self) -> ca.SX:
+        e = "w->start"
+        return ca.horzcat(self.end.at(e, "W_g"), self.end.at(e, "W_gamma"))
+
+    def opening_values(self) -> Assembly:
+        M = self.end_jacobian.at("w->start_jacobian", "p_v")
+        W = self._start_directions()
+        dv, P = column("w->x", self.n), column("w->lambda", self.n_R)
+        place = "w->forces"
+        rate = ca.vertcat(self.forces.at(place, "g_rate"), self.forces.at(place, "gamma_rate"))
+        r = M @ dv - self.h * self.forces.at(place, "force") - W @ P
+        y = W.T @ dv + self.h * rate
+        return Assembly(
+            "opening_values",
+            (
+                dense("w->r", r, "h (M dv/dt - force - W lambda) = 0 at t_n  (T4)"),
+                dense("w->y", y, "h d(g_dot)/dt, h d(gamma)/dt at t_n"),
+            ),
+        )
+
+    def opening_derivatives(self) -> Assembly:
+        M = self.end_jacobian.at("w->start_jacobian", "p_v")
+        W = self._start_directions()
+        return Assembly(
+            "opening_derivatives",
+            (
+                matrix("w->A", M, "A = M"),
+                matrix("w->B", -W, "B = -W, column by column", "column"),
+                matrix("w->C", W.T, "C = W^T"),
+            ),
+        )
+
+    def whole_values(self) -> Assembly:
+        s = self.s
+        r = []
+        for i in range(s):
+            r_i = self.at(i, "p") - self.p_n
+            for j in range(s - 1):
+                r_i = r_i - self.a_hat(i, j) * self.at(j, "F")
+            r.append(r_i)
+        for i in range(1, s):
+            r_i = self.aux(i, "p") - self.p_n
+            for j in range(s):
+                r_i = r_i - self.a(i, j) * self.at(j, "F")
+            r.append(r_i)
+        y = []
+        for i in range(1, s):
+            y += [ca.densify(self.at(i, "g")), ca.densify(self.aux(i, "gamma"))]
+        y += [ca.densify(self.aux(s - 1, "g_dot")), ca.SX.zeros(self.n_gamma, 1)]
+        return Assembly(
+            "whole_values",
+            (
+                dense(
+                    "w->r",
+                    ca.vertcat(*r),
+                    "(47b); (T1) p(U^i) - p_n - sum_j a_ij F^j = 0, the last (47d)",
+                ),
+                dense("w->y", ca.vertcat(*y), "g(Q^i), gamma(U^i)  (T2); g_dot at the end"),
+            ),
+        )
+
+    def whole_derivatives(self) -> Assembly:
+        s, n, n_g, n_gamma = self.s, self.n, self.n_g, self.n_gamma
+        none = ca.SX(n, n)
+        A = [[self._A_block(i, k) for k in range(s)] + [none] * (s - 1) for i in range(s)]
+        for i in range(1, s):
+            row = []
+            for k in range(s):
+                block = self.h * self.a(i, k) * self.aux(i, "p_q")
+                for j in range(s):
+                    block = block - self.a(i, j) * self.F_V(j, k)
+                row.append(ca.sparsify(block))
+            A.append([*row, *(self.aux(i, "p_v") if k == i else none for k in range(1, s))])
+
+        def weights(i: int, j: int) -> float:
+            """Weight of F^j in row i: IIIB for V, then IIIA for U."""
+            return self.a_hat(i, j) if i < s else self.a(i - s + 1, j)
+
+        B = []
+        for i in range(2 * s - 1):
+            columns = []
+            for slot in range(s):
+                W_g = self.at(slot, "g_q").T
+                columns.append(-weights(i, slot) * W_g)
+                if slot < s - 1:
+                    columns.append(-weights(i, slot + 1) * self.at(slot + 1, "gamma_v").T)
+                else:
+                    columns.append(ca.SX(n, n_gamma))
+            B.append([ca.sparsify(c) for c in columns])
+        C = []
+        for i in range(1, s):
+            ha = [self.h * self.a(i, k) for k in range(s)]
+            g = [x * self.at(i, "g_q") for x in ha]
+            gamma = [x * self.aux(i, "gamma_q") for x in ha]
+            own = [self.aux(i, "gamma_v") if k == i else ca.SX(n_gamma, n) for k in range(1, s)]
+            C.append([*(ca.sparsify(x) for x in g), *([ca.SX(n_g, n)] * (s - 1))])
+            C.append([*(ca.sparsify(x) for x in gamma), *own])
+        end = [self.h * self.a(s - 1, k) * self.aux(s - 1, "g_dot_q") for k in range(s)]
+        last = [self.aux(s - 1, "g_dot_v") if k == s - 1 else ca.SX(n_g, n) for k in range(1, s)]
+        C.append([*(ca.sparsify(x) for x in end), *last])
+        C.append([ca.SX(n_gamma, n)] * (2 * s - 1))
+        return Assembly(
+            "whole_derivatives",
+            (
+                matrix("w->A", blocks(A), "A = dr/d(V, U)"),
+                matrix("w->B", blocks(B), "B = dr/dR, column by column", "column"),
+                matrix("w->C", blocks(C), "C = dy/d(V, U)"),
+            ),
+        )
+
+    def finish(self) -> Assembly:
+        s = self.s
+        Q = column("w->Q", self.n, (s - 1) * self.n)
+        P_g, P_gamma = ca.SX.zeros(self.n_g, 1), ca.SX.zeros(self.n_gamma, 1)
+        for j in range(s):
+            P_g += self.b(j) * self.R_g(j)
+            P_gamma += self.b(j) * self.R_gamma(j)
+        return Assembly(
+            "finish",
+            (
+                dense("w->q_end", Q, "q_{n+1} = Q^s"),
+                dense("w->v_end", self.v_end, "v_{n+1} = U^s"),
+                dense("w->P", ca.vertcat(P_g, P_gamma), "Delta P = sum_j b_j R^j"),
+                dense("w->carried_end", self.R_gamma(s - 1) / self.h, "R_gamma^s / h  (T3)"),
+            ),
+        )
+
+    def record(self) -> Assembly:
+        t = [ca.SX.sym("w->t") + float(c) * self.h for c in self.tableau.c]
+        return Assembly(
+            "stages",
+            (
+                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h"),
+                dense("stage_q", column("w->Q", self.s * self.n), "Q^i"),
+                dense("stage_v", self.x, "V^i"),
+                dense("stage_R", column("w->R", self.s * self.n_R), "R^i"),
+            ),
+        )
