@@ -47,8 +47,10 @@ def stepper() -> Callable[..., sg.Stepper]:
     """Build a stepper once per test process: ``stepper(model_function, stages)``."""
 
     @cache
-    def make(model: Callable[[], sg.Model], stages: int = 3) -> sg.Stepper:
-        return sg.build(model(), stages=stages)
+    def make(
+        model: Callable[[], sg.Model], stages: int = 3, velocity_constraints: str | None = None
+    ) -> sg.Stepper:
+        return sg.build(model(), stages=stages, velocity_constraints=velocity_constraints)
 
     return make
 

@@ -59,7 +59,13 @@ def test_steps_satisfy_the_scheme(
     make: Callable[[], sg.Model], stages: int, stepper: Callable[..., sg.Stepper]
 ) -> None:
     slow = make().world.name == "casadi"
-    compare(make, stepper(make, stages), 1e-2, 25 if slow else 60, 0 if slow and stages > 3 else 20)
+    compare(
+        make,
+        stepper(make, stages, "paper"),
+        1e-2,
+        25 if slow else 60,
+        0 if slow and stages > 3 else 20,
+    )
 
 
 def test_the_paper_s_active_set(stepper: Callable[..., sg.Stepper]) -> None:
@@ -80,7 +86,7 @@ def test_box_in_space_steps(stepper: Callable[..., sg.Stepper]) -> None:
 def test_jacobians_are_derivatives_of_the_residuals(
     make: Callable[[], sg.Model], stages: int, problem: str, stepper: Callable[..., sg.Stepper]
 ) -> None:
-    compiled = stepper(make, stages)
+    compiled = stepper(make, stages, "paper")
     n, h = compiled.sizes, 0.05
     rng = np.random.default_rng(stages)
     t, q, v = compiled.initial_state()

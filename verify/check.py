@@ -32,6 +32,7 @@ _PER_KIND = 2  # verified steps for each kind of motion of each contact
 _RANDOM_STEPS = 10
 _TIE = 1e-9  # guards closer to zero than this are left to neither implementation
 _SOLVED_AGAIN = 3
+_APART = 1e-4  # end velocities further apart than this belong to different solutions
 _TRAJECTORY = 30
 
 
@@ -362,7 +363,7 @@ class Checker:
         counts = {name: dict.fromkeys(kinds, 0) for name, kinds in targets.items()}
         errors: dict[str, list[float]] = {}
         own: list[float] = []
-        failures = random_steps = ties = 0
+        failures = random_steps = ties = others = 0
         for _ in range(_MAX_DRAWS):
             missing = any(c < _PER_KIND for kinds in counts.values() for c in kinds.values())
             if not missing and random_steps >= _RANDOM_STEPS:
@@ -399,9 +400,19 @@ class Checker:
                 solution = reference.solve(*self._arguments(state))
                 if solution is not None:
                     difference = np.max(np.abs(solution.v_end - traj.v[1]), initial=0)
-                    own.append(float(difference) / max(1.0, float(np.max(np.abs(traj.v)))))
+                    difference /= max(1.0, float(np.max(np.abs(traj.v))))
+                    # Friction may leave several solutions; the step was verified to be one.
+                    if difference > _APART:
+                        others += 1
+                    else:
+                        own.append(float(difference))
         self._add_steps(f"step, s = {stepper.stages}", errors)
         self._add(f"step solved again, s = {stepper.stages}", "v_{n+1}", own, 1e-7)
+        if others:
+            self.report.notes.append(
+                f"s = {stepper.stages}: for {others} of the steps solved again the reference found "
+                "another solution"
+            )
         if ties:
             self.report.notes.append(
                 f"s = {stepper.stages}: {ties} drawn states left out, a guard is zero to round-off"
