@@ -22,6 +22,8 @@ NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime
 STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
 
+FULL = "codegen/full_order.py"
+
 MUTANTS: tuple[Mutant, ...] = (
     # derivation
     Mutant("g_dot without dg/dt", D, 'return self["g_q"] @ self.data.v + self["chi_g"]', 'return self["g_q"] @ self.data.v'),
@@ -42,15 +44,15 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a for a_hat in the momentum rows", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a(i, j) * self.at(j, "F")'),
     Mutant("a_hat transposed", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a_hat(j, i) * self.at(j, "F")'),
     Mutant("a_hat for a in the positions", L, "rate += self.a(i, j) * self.x", "rate += self.a_hat(i, j) * self.x"),
-    Mutant("t_n for t^i, the paper's misprint", L, '(_time(self.tableau.c[i]), q, v, "w->u"', '("w->t", q, v, "w->u"'),
+    Mutant("t_n for t^i, the paper's misprint", L, 'time = stage_time(self.tableau.c[i])', 'time = "w->t"'),
     Mutant("start time at the end of the step", L, 'Call(point.name, ("w->t + w->h", q, v, "par")', 'Call(point.name, ("w->t", q, v, "par")'),
     Mutant("stage kinematics one stage early", L, "y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]", "y += [ca.densify(self.at(i - 1, name)) for name in _STAGE_ROWS]"),
     Mutant("radius of the stage of the slip", L, 'radius.append(ca.densify(self.at(i - 1, "rho")))', 'radius.append(ca.densify(self.at(i, "rho")))'),
     Mutant("last stage left out of the end row", L, 'r = r - self.b(s - 1) * self.at(s - 1, "F")', 'r = r - 0 * self.at(s - 1, "F")'),
     Mutant("percussions of inner stages counted twice", L, "last = last - self.b(j) * self.R(j)\n        # b_s", "last = last + self.b(j) * self.R(j)\n        # b_s"),
     Mutant("b_0 for b_j in the end row", L, 'r = r - self.b(j) * self.at(j, "F")', 'r = r - self.b(0) * self.at(j, "F")'),
-    Mutant("restitution with the sign flipped", L, "xi_N.append(e_N * g_N_dot[normal])", "xi_N.append(-e_N * g_N_dot[normal])"),
-    Mutant("e_N squared", L, "xi_N.append(e_N * g_N_dot[normal])", "xi_N.append(e_N * e_N * g_N_dot[normal])"),
+    Mutant("restitution with the sign flipped", "codegen/scheme.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(-e_N[k] * g_N_dot[normal])"),
+    Mutant("e_N squared", "codegen/scheme.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(e_N[k] * e_N[k] * g_N_dot[normal])"),
     Mutant("e_F left out", "codegen/scheme.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [0 * e_F[k] * gamma_F[first + j]"),
     Mutant("restitution of the wrong slip row", "codegen/scheme.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [e_F[k] * gamma_F[first]"),
     Mutant("dp/dq left out of A", L, 'block = self.h * self.a(i, k) * self.at(i, "p_q")', 'block = 0 * self.h * self.a(i, k) * self.at(i, "p_q")'),
@@ -92,7 +94,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("only the first stage decides on activity", STEP, "if (last || opt->active_set", "if (slot == 0 || opt->active_set"),
     Mutant("a failed step moves the state", STEP, "info->status = status;\n            return status;", "info->status = status;\n            *s = w->trial;\n            s->t += h;\n            return status;"),
     Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
-    Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->lambda", "info->P[j] = SG_C(0.5) * w->lambda"),
+    Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->P[j];", "info->P[j] = SG_C(0.5) * w->P[j];"),
     Mutant("stale inputs", STEP, "w->u[j] = u[j];", "w->u[j] = u[0];"),
     Mutant("the velocity does not advance", STEP, "sg_copy(SG_NQ, w->v_end, s->v);", "sg_copy(SG_NQ, w->v, s->v);"),
     Mutant("scales that depend on units", SCALE, "w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);", "w->root_inertia[j] = SG_C(1.0) + w->inertia[j];"),
@@ -104,4 +106,17 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the checker misses skipped impacts", CHECK, "if ((must && !w->active[k]) ||", "if ("),
     Mutant("penetration at the start is accepted", SIMULATE, "if (at.position[n] < SG_C(0.0) &&", "if (0 &&"),
     Mutant("records shifted by a row", SIMULATE, "*done / every - 1, s, w, info", "*done / every, s, w, info"),
+    # full order, Moreau, sizes of terms, bodies
+    Mutant("the carried force without h", FULL, "return self.h * self.carried", "return self.carried"),
+    Mutant("a_hat for a in the auxiliary velocities", FULL, 'r_i = r_i - self.a(i, j) * self.at(j, "F")', 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")'),
+    Mutant("the force of the first stage is carried", FULL, "self.R_gamma(s - 1) / self.h", "self.R_gamma(0) / self.h"),
+    Mutant("start force with the wrong sign of the rates", FULL, "y = W.T @ dv + self.h * rate", "y = W.T @ dv - self.h * rate"),
+    Mutant("the force is not carried", STEP, "s->has_force = 1;", "s->has_force = 0;"),
+    Mutant("Moreau's middle at the end", "codegen/moreau.py", "q_n + h / 2 * v_n", "q_n + h * v_n"),
+    Mutant("open contacts act in Moreau's scheme", "codegen/moreau.py", "else -c.g_N", "else c.g_N"),
+    Mutant("force without dp/dt", D, ' - self["p_t"])', ")"),
+    Mutant("terms of a difference cancel", "codegen/magnitude.py", "ca.OP_SUB: lambda a, b: a + b", "ca.OP_SUB: lambda a, b: a - b"),
+    Mutant("planar turn with the wrong sign", "bodies/frames.py", "return (-omega * vector[1], omega * vector[0])", "return (omega * vector[1], -omega * vector[0])"),
+    Mutant("support point of the ellipsoid outside", "bodies/shapes.py", "reach = scale(-1 / height", "reach = scale(1 / height"),
+    Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),
 )  # fmt: skip

@@ -34,6 +34,12 @@ CATCHERS = (
         "tests/test_benchmarks.py tests/test_robustness.py",
         "(ball or equal or stress or units or scratch or any_mass or pushed) and not 5 and not 4",
     ),
+    ("full order, Moreau", "tests/test_full_order.py tests/test_moreau.py", "not coin"),
+    (
+        "bodies, sizes of terms",
+        "tests/test_bodies.py tests/test_commands_for_models.py",
+        "kinematics or magnitude or springs",
+    ),
     ("runs", "tests/test_runs.py", "not neither"),
     ("check", "tests/test_check.py", "models_pass and (mixed or sticking)"),
     (
