@@ -114,13 +114,8 @@ class Lobatto:
             R = f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
             place = f"&w->{point.name}[{i}]"
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{i * self.n}]"
-            calls.append(
-                Call(
-                    point.name,
-                    (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R),
-                    place,
-                )
-            )
+            arguments = (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R)
+            calls.append(Call(point.name, arguments, place))
         return tuple(calls)
 
     def end_call(self, point: Point) -> Call:

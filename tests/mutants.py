@@ -44,7 +44,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a for a_hat in the momentum rows", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a(i, j) * self.at(j, "F")'),
     Mutant("a_hat transposed", L, 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")', 'r_i = r_i - self.a_hat(j, i) * self.at(j, "F")'),
     Mutant("a_hat for a in the positions", L, "rate += self.a(i, j) * self.x", "rate += self.a_hat(i, j) * self.x"),
-    Mutant("t_n for t^i, the paper's misprint", L, 'time = stage_time(self.tableau.c[i])', 'time = "w->t"'),
+    Mutant("t_n for t^i, the paper's misprint", L, '(stage_time(self.tableau.c[i]), q, v, "w->u"', '("w->t", q, v, "w->u"'),
     Mutant("start time at the end of the step", L, 'Call(point.name, ("w->t + w->h", q, v, "par")', 'Call(point.name, ("w->t", q, v, "par")'),
     Mutant("stage kinematics one stage early", L, "y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]", "y += [ca.densify(self.at(i - 1, name)) for name in _STAGE_ROWS]"),
     Mutant("radius of the stage of the slip", L, 'radius.append(ca.densify(self.at(i - 1, "rho")))', 'radius.append(ca.densify(self.at(i, "rho")))'),
