@@ -2843,7 +2843,7 @@ bouncing_ball_meta_data bouncing_ball_meta(void) {
     meta.precision = "double";
     meta.model_hash = "bae02ee546ee16e6c77492a9ffe6992a57b6345fdd9b2ddb5830bd4c0988643b";
     meta.runtime_hash = "c9e0f5549b1ec9e44e74647e342dd0ad3153d67fc4789fa6e04c97949239c8d8";
-    meta.manifest_hash = "e09cbdfb037fcb47441ba14c343752fc84205195ede3766d8be9cf5543f14d00";
+    meta.manifest_hash = "3661aea696090c4c53d66aedabbc0ef22e396d854a2af579714ca739e046fba3";
     meta.stages = 3;
     meta.size_params = (int)sizeof(bouncing_ball_params);
     meta.size_options = (int)sizeof(bouncing_ball_options);

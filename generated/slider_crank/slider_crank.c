@@ -4519,7 +4519,7 @@ slider_crank_meta_data slider_crank_meta(void) {
     meta.precision = "double";
     meta.model_hash = "4373ff53b36c666c89af039311d37239b3ebc264b76157f2b59eec08e91d7def";
     meta.runtime_hash = "c9e0f5549b1ec9e44e74647e342dd0ad3153d67fc4789fa6e04c97949239c8d8";
-    meta.manifest_hash = "c12321ca7ce3702c4f594cce330c5a6c2bee52b7547f9a203a95c921c9016975";
+    meta.manifest_hash = "b07613957d9ae4fdb8b00645998fea65917a13b34ac589551a3b3565c7c36e1e";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slider_crank_params);
     meta.size_options = (int)sizeof(slider_crank_options);

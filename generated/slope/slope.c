@@ -2901,7 +2901,7 @@ slope_meta_data slope_meta(void) {
     meta.precision = "double";
     meta.model_hash = "3e4ad49554bc8752d68411a0af3fcdeff64b32441ef9febe04ae3eb00fab20af";
     meta.runtime_hash = "c9e0f5549b1ec9e44e74647e342dd0ad3153d67fc4789fa6e04c97949239c8d8";
-    meta.manifest_hash = "e8fe5da79009b2f9fc3b743211cebb3fb8c21de84b9b138a0ca123a1fce5c447";
+    meta.manifest_hash = "048161aaa493729cb0fc0358720f1c577cc64427cc5232b2b5ff929ad3c82216";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slope_params);
     meta.size_options = (int)sizeof(slope_options);
