@@ -81,6 +81,10 @@ def test_step_and_branches(tmp_path: Path) -> None:
         masses = f"-DM_MASSES={int(vanishing)}"
         build_and_run(ROOT / "tests" / "c" / "test_model.c", folder, folder, *flags, masses)
         branch_coverage.collect(folder, counts)
+    full = sg.generate(only_constraints(), tmp_path / "full", stages=3, prefix="f")
+    (full / "f.c").write_text(branch_coverage.with_lines((full / "f.c").read_text()))
+    build_and_run(ROOT / "tests" / "c" / "test_full.c", full, full, *flags)
+    branch_coverage.collect(full, counts)
     totals, missing = branch_coverage.summary(counts)
     report = branch_coverage.table(totals, missing)
     branch_coverage.REPORT.parent.mkdir(exist_ok=True)

@@ -1,0 +1,86 @@
+/* Unit tests of a stepper that carries constraint forces (prefix f, included as it is): the opening
+   problem is solved once, rows that do not take part stay zero, the checker sees every number. */
+#include "f.c"
+
+#include <stdio.h>
+#include <string.h>
+
+static int failures = 0;
+
+#define ENSURE(condition)                                                        \
+    do {                                                                         \
+        if (!(condition)) {                                                      \
+            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
+            ++failures;                                                          \
+        }                                                                        \
+    } while (0)
+
+static f_work work, kept;
+static f_params par;
+static f_options opt;
+static f_state state;
+static f_info info;
+
+static int accepted(void) {
+    f_finish(&work);
+    return sg_check_step(&work, &par, &opt);
+}
+
+/* Every number of the problems that were solved, spoiled in turn. */
+static void spoil(int first_x, int first_lambda) {
+    const sg_problem *last = &sg_problems[SG_PROBLEMS - 1];
+    int i;
+    kept = work;
+    for (i = first_x; i < SG_NX_TOTAL; ++i) {
+        work.x[i] += 1e-3 * (1.0 + fabs(work.x[i]));
+        ENSURE(!accepted());
+        work = kept;
+        work.x[i] = NAN;
+        ENSURE(!accepted());
+        work = kept;
+    }
+    for (i = first_lambda; i < SG_NL_TOTAL; ++i) {
+        work.lambda[i] += 1e-3 * (1.0 + fabs(work.lambda[i]));
+        ENSURE(!accepted());
+        work = kept;
+    }
+    /* a row that does not take part has no percussion */
+    ENSURE(last->last_rows == SG_NG && !sg_takes_part(last, last->n_slots - 1, SG_NG));
+    ENSURE(sg_takes_part(last, 0, SG_NG) && sg_is_gap(last, 0, 0));
+    ENSURE(!sg_is_gap(last, last->n_slots - 1, 0) && !sg_is_gap(last, 0, SG_NG));
+    ENSURE(work.lambda[last->lambda + (last->n_slots - 1) * SG_NC + SG_NG] == 0.0);
+    ENSURE(accepted());
+}
+
+int main(void) {
+    double t, q[SG_NQ], v[SG_NQ], x[SG_NX_TOTAL], lambda[SG_NL_TOTAL];
+    par = f_default_params();
+    opt = f_default_options();
+    f_initial_state(&par, &t, q, v);
+    ENSURE(f_init(&state, &par, &opt, t, q, v) == F_OK && !state.has_force);
+    sg_reset_info(&info);
+    ENSURE(sg_attempt(&work, &state, &par, &opt, &info, t, 0.02) == F_OK && work.opened);
+    spoil(0, 0);
+    sg_commit(&state, &work);
+    ENSURE(state.has_force && state.carried[0] == work.carried_end[0]);
+    state.t += 0.02;
+    sg_reset_info(&info);
+    ENSURE(sg_attempt(&work, &state, &par, &opt, &info, state.t, 0.02) == F_OK && !work.opened);
+    ENSURE(work.carried[0] == state.carried[0]);
+    spoil(SG_NQ, SG_NC);
+    /* residuals at given unknowns: the force of the state, or that of the given percussions */
+    memset(x, 0, sizeof x);
+    memset(lambda, 0, sizeof lambda);
+    lambda[SG_NG] = 0.5;
+    ENSURE(f_problem(&state, &work, &par, &opt, NULL, 0.02, 1, x, lambda) == F_OK);
+    ENSURE(work.carried[0] == state.carried[0]);
+    ENSURE(f_set_state(&state, t, q, v) == F_OK && !state.has_force);
+    ENSURE(f_problem(&state, &work, &par, &opt, NULL, 0.02, 1, x, lambda) == F_OK);
+    ENSURE(work.carried[0] == 0.5 / 0.02);
+    /* a start whose accelerations are not finite ends with a status and leaves the state */
+    state.v[0] = 1e200;
+    ENSURE(f_step(&state, &work, &info, &par, &opt, NULL, 0.02) > F_OK_SUBSTEPPED);
+    ENSURE(!state.has_force && state.t == t);
+    printf("%d failed\n", failures);
+    return failures != 0;
+}
