@@ -20,6 +20,8 @@ os.environ.setdefault(
     "SIGNORINI_CACHE",
     str(Path(tempfile.gettempdir()) / f"signorini-tests-{os.getppid()}"),
 )
+# Most of the suite's time is compilation, and few tests run long.
+os.environ.setdefault("SIGNORINI_CFLAGS", "-O1")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
