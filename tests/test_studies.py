@@ -85,3 +85,11 @@ def test_command(tmp_path: Path) -> None:
     assert all(row["met"] for row in json.loads((tmp_path / "o" / "results.json").read_text()))
     with pytest.raises(GenerationError, match="no study 'fig5'"):
         reproduce.chosen(("fig5",))
+
+
+@pytest.mark.slow
+def test_full_size(tmp_path: Path) -> None:
+    """Every claim of every study at full size."""
+    claims = reproduce.reproduce(("all",), tmp_path, lambda text: None)
+    assert [f"{c.study}: {c.text}: {c.numbers}" for c in claims if not c.met] == []
+    assert len(list(tmp_path.glob("*.pdf"))) == len(reproduce.STUDIES)
