@@ -16,10 +16,12 @@ PYTHONS = ("3.11", "3.12", "3.13")
 NEEDED = (
     "api/cli.py",
     "api/py.typed",
+    "bodies/planar.py",
     "codegen/lobatto.py",
     "models/slider_crank.py",
     "runtime/c/sg_newton.c",
     "runtime/c/sg_real.h",
+    "studies/reproduce.py",
     "templates/stepper.c.jinja",
     "verify/reference.py",
 )
