@@ -5,7 +5,7 @@ from typing import Any
 
 from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
 from signorini.bodies.frames import Frame, Point
-from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface, tangents, touch
+from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import Model
 
@@ -146,15 +146,7 @@ class Scene:
         friction : bool
             False leaves out the slip velocity.
         """
-        kinematics = touch(self.algebra, one, other)
-        if kinematics is None:
-            raise ModelError(
-                self.model.name,
-                f"contact '{name}'",
-                f"there is no rule for {type(one).__name__} with {type(other).__name__}",
-                "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
-                "Edge; or write g_N and gamma_F yourself with Model.contact",
-            )
+        kinematics = self._touch(f"contact '{name}'", one, other)
         gamma_F = None
         if friction:
             gamma_F = [
@@ -170,28 +162,28 @@ class Scene:
 
     def rolling(self, name: str, one: Round | Ellipsoid, other: Plane | Round) -> None:
         """Rolling without slip as a velocity constraint; add what keeps the bodies together."""
-        kinematics = touch(self.algebra, one, other)
-        if kinematics is None:
-            raise ModelError(
-                self.model.name,
-                f"rolling '{name}'",
-                f"{type(one).__name__} on {type(other).__name__}",
-                "Give a Round or Ellipsoid and a Plane, or two Rounds",
-            )
-        slip = [dot(t, kinematics.velocity) for t in tangents(self.algebra, kinematics.normal)]
-        self.model.velocity_constraint(name, slip)
+        kinematics = self._touch(f"rolling '{name}'", one, other)
+        self.model.velocity_constraint(name, self._slip(kinematics))
 
     def touching(self, name: str, one: Any, other: Any) -> None:
         """A contact that never opens: its gap as a bilateral constraint."""
+        self.model.constraint(name, self._touch(f"constraint '{name}'", one, other).gap)
+
+    def _touch(self, what: str, one: Any, other: Any) -> Touch:
         kinematics = touch(self.algebra, one, other)
         if kinematics is None:
             raise ModelError(
                 self.model.name,
-                f"constraint '{name}'",
-                f"there is no gap between {type(one).__name__} and {type(other).__name__}",
-                "Give a pair that Scene.contact knows",
+                what,
+                f"there is no rule for {type(one).__name__} with {type(other).__name__}",
+                "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
+                "Edge; or write g_N and gamma_F yourself with Model.contact",
             )
-        self.model.constraint(name, kinematics.gap)
+        return kinematics
+
+    def _slip(self, kinematics: Touch) -> list[Any]:
+        directions = tangents(self.algebra, kinematics.normal)
+        return [dot(t, kinematics.velocity) for t in directions]
 
     def coincide(self, name: str, one: Point, other: Point) -> None:
         """Two points stay together: a revolute joint in the plane, a spherical one in space."""

@@ -39,6 +39,7 @@ class _FullOrder(Lobatto):
         n, n_R = self.n, self.n_R
         self.n_g, self.n_gamma = data.n_g, data.n_gamma
         # problem 0: velocity increments and percussions of the start; problem 1: V, U and R
+        self.first_x = n
         self.x = column("w->x", s * n, n)
         self.U = column("w->x", (s - 1) * n, n + s * n)
         self.v_end = self.U[(s - 2) * n :]
@@ -78,20 +79,8 @@ class _FullOrder(Lobatto):
             (dense("w->R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h times the force"),),
         )
 
-    def stage_calls(self, point: Point) -> tuple[Call, ...]:
-        calls = []
-        for i in range(self.s):
-            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.n + i * self.n}]"
-            R = f"&w->R[{i * self.n_R}]"
-            time = stage_time(self.tableau.c[i])
-            calls.append(
-                Call(
-                    point.name,
-                    (time, q, v, "w->u", "par", "w->h", R),
-                    f"&w->{point.name}[{i}]",
-                )
-            )
-        return tuple(calls)
+    def percussions_of(self, i: int) -> str:
+        return f"&w->R[{i * self.n_R}]"
 
     def auxiliary_calls(self, point: Point) -> tuple[Call, ...]:
         calls = []
@@ -218,12 +207,7 @@ class _FullOrder(Lobatto):
 
     def whole_values(self) -> Assembly:
         s = self.s
-        r = []
-        for i in range(s):
-            r_i = self.at(i, "p") - self.p_n
-            for j in range(s - 1):
-                r_i = r_i - self.a_hat(i, j) * self.at(j, "F")
-            r.append(r_i)
+        r = self.stage_momenta()
         for i in range(1, s):
             r_i = self.aux(i, "p") - self.p_n
             for j in range(s):

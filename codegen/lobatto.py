@@ -82,6 +82,7 @@ class Lobatto:
                 )
             },
         )
+        self.first_x = 0
         self.h = ca.SX.sym("w->h")
         self.lam = column("w->lambda", (s - 1) * self.n_R)
         self.delta_P = column("w->lambda", self.n_R, (s - 1) * self.n_R)
@@ -108,12 +109,26 @@ class Lobatto:
     def R(self, i: int) -> ca.SX:
         return self.lam[i * self.n_R : (i + 1) * self.n_R]
 
+    def percussions_of(self, i: int) -> str:
+        """C text of the percussions of a stage; those of the last never enter the stages."""
+        return f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
+
+    def stage_momenta(self) -> list[ca.SX]:
+        """Rows (47b), stage by stage."""
+        rows = []
+        for i in range(self.s):
+            r_i = self.at(i, "p") - self.p_n
+            for j in range(self.s - 1):
+                r_i = r_i - self.a_hat(i, j) * self.at(j, "F")
+            rows.append(r_i)
+        return rows
+
     def stage_calls(self, point: Point) -> tuple[Call, ...]:
         calls = []
         for i in range(self.s):
-            R = f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
+            R = self.percussions_of(i)
             place = f"&w->{point.name}[{i}]"
-            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{i * self.n}]"
+            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.first_x + i * self.n}]"
             arguments = (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R)
             calls.append(Call(point.name, arguments, place))
         return tuple(calls)
@@ -220,12 +235,8 @@ class Lobatto:
 
     def position_values(self) -> Assembly:
         s = self.s
-        r, y, radius = [], [], []
-        for i in range(s):
-            r_i = self.at(i, "p") - self.p_n
-            for j in range(s - 1):
-                r_i = r_i - self.a_hat(i, j) * self.at(j, "F")
-            r.append(r_i)
+        r = self.stage_momenta()
+        y, radius = [], []
         for i in range(1, s):
             y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]
             radius.append(ca.densify(self.at(i - 1, "rho")))

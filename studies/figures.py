@@ -158,25 +158,19 @@ def _fig9(study: Study, plt: Any) -> Any:
     return fig
 
 
-def _orders(study: Study, plt: Any) -> Any:
-    texts = list(dict.fromkeys(name.rsplit(", s =", 1)[0] for name in study.curves))
-    fig, axes = _axes(plt, 1, len(texts), (4.4 * len(texts), 4))
-    for axis, text in zip(axes.flat, texts, strict=True):
-        names = [n for n in study.curves if n.startswith(text)]
-        sliding = text.startswith("sliding")
-        _convergence(axis, study, names, "q", lambda s, one=sliding: 1 if one else s - 1)
-        axis.set_title(text, fontsize=9)
-    return fig
+def _orders(expected: Callable[[str, int], int]) -> Callable[[Study, Any], Any]:
+    """A panel for every motion, slope triangles of the expected order."""
 
+    def figure(study: Study, plt: Any) -> Any:
+        texts = list(dict.fromkeys(name.rsplit(", s =", 1)[0] for name in study.curves))
+        fig, axes = _axes(plt, 1, len(texts), (4.4 * len(texts), 4))
+        for axis, text in zip(axes.flat, texts, strict=True):
+            names = [n for n in study.curves if n.startswith(text)]
+            _convergence(axis, study, names, "q", lambda s, text=text: expected(text, s))
+            axis.set_title(text, fontsize=9)
+        return fig
 
-def _full_order(study: Study, plt: Any) -> Any:
-    texts = list(dict.fromkeys(name.rsplit(", s =", 1)[0] for name in study.curves))
-    fig, axes = _axes(plt, 1, len(texts), (4.4 * len(texts), 4))
-    for axis, text in zip(axes.flat, texts, strict=True):
-        names = [n for n in study.curves if n.startswith(text)]
-        _convergence(axis, study, names, "q", lambda s: 2 * s - 2)
-        axis.set_title(text, fontsize=9)
-    return fig
+    return figure
 
 
 def _impacts(study: Study, plt: Any) -> Any:
@@ -255,8 +249,8 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "fig6": _fig6,
     "fig8": _fig8,
     "fig9": _fig9,
-    "orders": _orders,
-    "full order": _full_order,
+    "orders": _orders(lambda text, s: 1 if text.startswith("sliding") else s - 1),
+    "full order": _orders(lambda text, s: 2 * s - 2),
     "lost impacts": _impacts,
     "bilateral": _over_time("difference of q [m]", "Closed contact and bilateral constraint"),
     "energy": _over_time("error of the energy", "Planet, Δt = 0.1"),
