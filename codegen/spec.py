@@ -28,6 +28,7 @@ RUNTIME_FILES = (
     "sg_prox.c",
     "sg_scale.c",
     "sg_newton.c",
+    "sg_path.c",
     "sg_solve.c",
     "sg_check.c",
     "sg_step.c",

@@ -13,21 +13,23 @@ def model(blocks: int = 3) -> sg.Model:
     """Return the model with any number of blocks."""
     m = sg.Model("block_stack")
     m.doc = "Stack of overhanging blocks: stands or topples"
-    mass, length, height, grav, mu, e_N, share = m.parameters(
-        mass=sg.par(1.0, unit="kg", min=0, doc="mass of a block"),
+    mass, length, height, grav, mu, e_N, share, grading = m.parameters(
+        mass=sg.par(1.0, unit="kg", min=0, doc="mass of the lowest block"),
         length=sg.par(0.4, unit="m", min=0, doc="length"),
         height=sg.par(0.1, unit="m", min=0, doc="height"),
         grav=sg.par(9.81, unit="m/s^2", doc="gravity"),
         mu=sg.par(0.6, min=0, doc="friction coefficient"),
         e_N=sg.par(0.0, min=0, max=1, doc="restitution"),
         share=sg.par(0.9, min=0, doc="overhang over its limit"),
+        grading=sg.par(1.0, min=0, doc="mass of a block over that of the block below"),
     )
     world = Planar(m, gravity=(0, -grav))
     start: dict[str, object] = {}
     below = None
     place = 0 * length
     for k in range(blocks):
-        block = world.body(f"b{k}", mass, inertia.rectangle(mass, length, height))
+        weight = mass * grading**k
+        block = world.body(f"b{k}", weight, inertia.rectangle(weight, length, height))
         clockwise = ((-1, 1), (1, 1), (1, -1), (-1, -1))
         corners = [block.point(i * length / 2, j * height / 2) for i, j in clockwise]
         m.shape([c.position for c in corners], closed=True)

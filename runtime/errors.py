@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from signorini.runtime.replay import FailedStep
     from signorini.runtime.trajectory import Trajectory
 
 
@@ -23,9 +24,14 @@ class StepError(RuntimeError):
         Name of the status code.
     trajectory : Trajectory
         The steps done so far.
+    step : FailedStep
+        The step itself: ``error.step.save("step.json")`` writes a file that replays it alone.
     """
 
-    def __init__(self, message: str, status: str, trajectory: "Trajectory") -> None:
+    def __init__(
+        self, message: str, status: str, trajectory: "Trajectory", step: "FailedStep"
+    ) -> None:
         super().__init__(message)
         self.status = status
         self.trajectory = trajectory
+        self.step = step

@@ -9,6 +9,7 @@ import numpy as np
 from signorini.runtime.arguments import reals
 from signorini.runtime.consistency import report
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -115,8 +116,22 @@ class Run:
                 "error's attribute 'trajectory'",
                 name,
                 trajectory,
+                self._failed(name, used[done] if used.size else []),
             )
         return trajectory
+
+    def _failed(self, status: str, u: Any) -> FailedStep:
+        m = self.stepper.manifest
+        return FailedStep(
+            **{key: m[key] for key in ("model", "model_hash", "scheme", "precision", "stages")},
+            state=fields_of(self.state),
+            u=[float(x) for x in u],
+            parameters=dict(self.par),
+            options={k: v for k, v in self.option_values.items() if v is not None},
+            h=self.h,
+            status=status,
+            about={},
+        )
 
     def _ask(self, asked: Inputs) -> np.ndarray:
         q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)

@@ -65,6 +65,7 @@ def plant(m: Mutant, folder: Path) -> dict[str, str]:
         "codegen",
         "models",
         "runtime",
+        "stress",
         "studies",
         "templates",
         "verify",
@@ -80,7 +81,16 @@ def plant(m: Mutant, folder: Path) -> dict[str, str]:
     package.mkdir(parents=True)
     for source in (folder / "api").iterdir():
         (package / source.name).symlink_to(source)
-    for part in ("bodies", "codegen", "models", "runtime", "studies", "templates", "verify"):
+    for part in (
+        "bodies",
+        "codegen",
+        "models",
+        "runtime",
+        "stress",
+        "studies",
+        "templates",
+        "verify",
+    ):
         (package / part).symlink_to(folder / part)
     return os.environ | {
         "PYTHONPATH": str(package.parent),

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PARTS = ("bodies", "codegen", "models", "runtime", "studies", "templates", "verify")
+PARTS = ("bodies", "codegen", "models", "runtime", "stress", "studies", "templates", "verify")
 
 
 def make_tree() -> Path:

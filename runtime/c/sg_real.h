@@ -14,6 +14,7 @@ typedef SG(real) real;
 #define SG_CHECK (16384.0F * FLT_EPSILON)  /* worst residual that the checker accepts */
 #define SG_RANK (512.0F * FLT_EPSILON)     /* relative pivot below which rows are dependent */
 #define SG_SOFTNESS (256.0F * FLT_EPSILON) /* relative compliance of contradictory contacts */
+#define SG_GIVE (64.0F * FLT_EPSILON)      /* relative compliance of all rows along a path */
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
@@ -25,12 +26,20 @@ typedef SG(real) real;
 #define SG_CHECK (268435456.0 * DBL_EPSILON)
 #define SG_RANK (1048576.0 * DBL_EPSILON)
 #define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
+#define SG_GIVE (1024.0 * DBL_EPSILON)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a
    contact counts as closed. */
 #define SG_FLOOR (SG_C(16.0) * SG_EPS)
 #define SG_BAND SG_C(16.0)
+
+/* Newton iterations of a plain attempt, of contact states held, and paths followed in one problem.
+ */
+#define SG_PLAIN 9
+#define SG_HELD 5
+#define SG_TURNS 3
+#define SG_RAISING 90
 
 static real sg_max(real a, real b) { return a > b ? a : b; }
 

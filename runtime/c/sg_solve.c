@@ -27,104 +27,24 @@ static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     sg_copy(pr->n_slots * SG_NC, &s->lambda[pr->lambda], &w->lambda[pr->lambda]);
 }
 
-/* Projected Gauss-Seidel sweeps over all percussions of the problem linearised at the current
-   point: slow to converge but sure to find the contact states of most steps. */
-static int sg_sweep(SG(work) * w, const SG(params) * par, int problem, int sweeps) {
+/* Contacts that take no part have no percussion, exactly. */
+static void sg_leave_out(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    const int n_x = pr->n_x;
-    const int n = pr->n_slots * SG_NC;
-    real *lambda = &w->lambda[pr->lambda];
-    int sweep, slot, a, b, c, d, i, k;
-    sg_evaluate(w, par, problem);
-    SG(derivatives)(w, par, problem);
-    for (i = 0; i < n_x; ++i) {
-        w->dx[i] = -w->r[i];
-        w->pivot_scale[i] = w->root_inertia[i % SG_NQ];
-    }
-    if (!sg_lu_factor(n_x, w->A, w->pivot_scale, w->A_pivot)) {
-        return 0;
-    }
-    sg_lu_solve(n_x, w->A, w->A_pivot, w->dx);
-    for (a = 0; a < n; ++a) {
-        sg_copy(n_x, &w->B[a * n_x], &w->Z[a * n_x]);
-        sg_lu_solve(n_x, w->A, w->A_pivot, &w->Z[a * n_x]);
-        w->lambda_old[a] = lambda[a];
-        w->y[a] += sg_dot(n_x, &w->C[a * n_x], w->dx);
-    }
-    for (a = 0; a < n; ++a) {
-        for (b = 0; b < n; ++b) {
-            w->S[b * n + a] = -sg_dot(n_x, &w->C[a * n_x], &w->Z[b * n_x]);
-        }
-    }
-    for (sweep = 0; sweep < sweeps; ++sweep) {
-        for (slot = 0; slot < pr->n_slots; ++slot) {
-            const int base = slot * SG_NC;
-            for (k = -SG_NORMAL; k < SG_NK; ++k) {
-                /* Rows of one block: a bilateral row, or a contact's normal, then its slip. */
-                const sg_contact *contact = k < 0 ? 0 : &sg_contacts[k];
-                const int exists = k < 0 || (w->exists[k] &&
-                                             (!pr->follows || w->active[k] || contact->normal < 0));
-                int part;
-                for (part = 0; part < 2; ++part) {
-                    real goal[2] = {SG_C(0.0), SG_C(0.0)};
-                    int first = base + k + SG_NORMAL;
-                    int count = 1;
-                    if (k >= 0) {
-                        first = base + (part == 0 ? SG_NORMAL + contact->normal
-                                                  : SG_SLIP + contact->friction);
-                        count = part == 0 ? (contact->normal >= 0) : contact->components;
-                    } else if (part == 1) {
-                        count = 0;
-                    }
-                    for (d = 0; d < count && exists; ++d) {
-                        real stiffness = w->S[first * n + first];
-                        if (count == 2) {
-                            stiffness = sg_max(stiffness, w->S[(first + 1) * n + first + 1]);
-                        }
-                        goal[d] = lambda[first + d];
-                        if (stiffness > SG_C(0.0)) {
-                            goal[d] -= w->y[first + d] / stiffness;
-                        }
-                    }
-                    if (k >= 0 && part == 0) {
-                        goal[0] = sg_max(goal[0], SG_C(0.0));
-                    } else if (k >= 0 && count > 0) {
-                        real direction[2];
-                        real ratio;
-                        const real radius =
-                            contact->normal >= 0
-                                ? w->mu[k] *
-                                      sg_max(lambda[base + SG_NORMAL + contact->normal], SG_C(0.0))
-                                : w->radius[slot * SG_NB + contact->bound];
-                        if (!sg_prox_ball(count, goal, radius, SG_C(0.0), direction, &ratio)) {
-                            for (d = 0; d < count; ++d) {
-                                goal[d] = radius * direction[d];
-                            }
-                        }
-                    }
-                    for (d = 0; d < count; ++d) {
-                        const real change = goal[d] - lambda[first + d];
-                        lambda[first + d] = goal[d];
-                        if (change != SG_C(0.0)) {
-                            for (c = 0; c < n; ++c) {
-                                w->y[c] += w->S[(first + d) * n + c] * change;
-                            }
-                        }
-                    }
+    int slot, k, d;
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        real *lambda = &w->lambda[pr->lambda + slot * SG_NC];
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            if (!sg_joins(w, pr, k)) {
+                if (contact->normal >= 0) {
+                    lambda[SG_NORMAL + contact->normal] = SG_C(0.0);
+                }
+                for (d = 0; d < contact->components; ++d) {
+                    lambda[SG_SLIP + contact->friction + d] = SG_C(0.0);
                 }
             }
         }
     }
-    for (a = 0; a < n; ++a) {
-        const real change = lambda[a] - w->lambda_old[a];
-        for (i = 0; i < n_x; ++i) {
-            w->dx[i] -= w->Z[a * n_x + i] * change;
-        }
-    }
-    for (i = 0; i < n_x; ++i) {
-        w->x[pr->x + i] += w->dx[i];
-    }
-    return sg_all_finite(n_x, &w->x[pr->x]) && sg_all_finite(n, lambda);
 }
 
 /* Where dependent rows leave the percussions open, move to those of least scaled norm in the
@@ -176,56 +96,105 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     return SG_AS_FOUND;
 }
 
-/* Solve one problem: warm start if there is one, then cold start, friction raised
-   in steps with damping, sweeps. */
-static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                    const SG(options) * opt, SG(info) * info, int problem, int warm) {
-    const int total = opt->max_iterations;
+/* Iterations for an attempt: `wish`, unless fewer are left. */
+static int sg_budget(const SG(info) * info, int end, int wish) {
+    const int left = end - info->iterations;
+    return left < wish ? left : wish;
+}
+
+/* Contact states along a path, then Newton's method in them and from there. */
+static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                     int problem, int turns, int end, real *measure) {
     int status = SG_K(NOT_CONVERGED);
-    int attempt, round;
+    int turn;
+    for (turn = 0; turn < turns && info->iterations < end; ++turn) {
+        ++info->iterations;
+        if (sg_path(w, par, problem, turn)) {
+            sg_settle(w, par, opt, problem, sg_budget(info, end, SG_HELD), &info->iterations);
+            status = sg_newton(w, par, opt, problem, sg_budget(info, end, 5), 0, &info->iterations,
+                               measure);
+            if (status == SG_K(OK)) {
+                return status;
+            }
+        } else {
+            sg_cold_start(w, problem);
+        }
+    }
+    return status;
+}
+
+/* Raise all friction radii from zero, where the solution is easy to find, to their values: in
+   steps that grow after a success and shrink after a failure. */
+static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                    int problem, int end, real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n_lambda = pr->n_slots * SG_NC;
+    const int last = info->iterations + sg_budget(info, end, SG_RAISING);
+    int status = SG_K(NOT_CONVERGED);
+    real reached = SG_C(-1.0); /* the largest factor solved so far */
+    real step = SG_C(1.0);
+    while (info->iterations < last && reached < SG_C(1.0) && step > SG_C(0.0078125)) {
+        const real goal = reached < SG_C(0.0) ? SG_C(0.0) : reached + step;
+        w->friction = goal < SG_C(1.0) ? goal : SG_C(1.0);
+        status = sg_newton(w, par, opt, problem,
+                           sg_budget(info, last, reached < SG_C(0.0) ? SG_PLAIN : 6), 1,
+                           &info->iterations, measure);
+        if (status == SG_K(OK)) {
+            step = reached < SG_C(0.0) ? SG_C(0.5) : SG_C(2.0) * step;
+            reached = w->friction;
+            sg_copy(pr->n_x, &w->x[pr->x], w->x_kept);
+            sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_kept);
+        } else if (reached < SG_C(0.0)) {
+            break;
+        } else {
+            step *= SG_C(0.5);
+            sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
+            sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
+        }
+    }
+    w->friction = SG_C(1.0);
+    return reached < SG_C(1.0) ? SG_K(NOT_CONVERGED) : status;
+}
+
+enum { SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_RAISE, SG_ATTEMPTS };
+
+/* Solve one problem: from the warm start if there is one, from a cold start, along the path, with
+   raised friction; the last two shortened in a substep. No attempt begins once info.iterations has
+   reached `end`. */
+static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
+                    const SG(options) * opt, SG(info) * info, int problem, int warm, int whole,
+                    int end) {
+    int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
-    int before = info->iterations;
+    int attempt;
     w->friction = SG_C(1.0);
     sg_prox_parameters(w, opt, problem);
-    for (attempt = warm ? 0 : 1; attempt < 4; ++attempt) {
-        const int left = total - (info->iterations - before);
-        int budget = total / 8 + 1;
-        if (left <= 0) {
-            break;
-        }
-        budget = attempt < 3 && budget < left ? budget : left;
-        if (attempt == 0) {
+    for (attempt = warm ? SG_WARM_START : SG_COLD_START;
+         attempt < (whole ? SG_ATTEMPTS : SG_RAISE) && status != SG_K(OK) && info->iterations < end;
+         ++attempt) {
+        const int before = status;
+        if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {
             sg_cold_start(w, problem);
         }
-        if (attempt == 2 && SG_NF > 0) {
-            /* Raise the friction from zero: without it the solution is easy to find. */
-            for (round = 0; round < 4; ++round) {
-                w->friction = SG_C(0.25) * (real)round;
-                (void)sg_newton(w, par, opt, problem, total / 12 + 1, 1, &info->iterations,
-                                &measure);
-                if (!(measure < SG_HUGE)) {
-                    sg_cold_start(w, problem);
-                }
-            }
-            w->friction = SG_C(1.0);
+        sg_leave_out(w, problem);
+        if (attempt == SG_FOLLOW) {
+            status = sg_follow(w, par, opt, info, problem, whole ? SG_TURNS : 1, end, &measure);
+        } else if (attempt == SG_RAISE) {
+            status = sg_raise(w, par, opt, info, problem, end, &measure);
+        } else {
+            status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
+                               &info->iterations, &measure);
         }
-        if (attempt == 3) {
-            for (round = 0; round < 4; ++round) {
-                if (!sg_sweep(w, par, problem, 100)) {
-                    sg_cold_start(w, problem);
-                    break;
-                }
-            }
+        if (status == SG_K(NOT_CONVERGED)) {
+            status = before; /* singular or not finite says more */
         }
-        status = sg_newton(w, par, opt, problem, budget, attempt >= 2, &info->iterations, &measure);
         if (status == SG_K(OK)) {
-            info->rescues |= attempt == 3           ? SG_SWEPT
-                             : attempt == 2         ? SG_RAISED
-                             : attempt == 1 && warm ? SG_COLD
-                                                    : 0;
-            break;
+            info->rescues |= attempt == SG_FOLLOW               ? SG_PATH
+                             : attempt == SG_RAISE              ? SG_RAISED
+                             : attempt == SG_COLD_START && warm ? SG_COLD
+                                                                : 0;
         }
     }
     if (status == SG_K(OK) && w->deficiency > 0) {

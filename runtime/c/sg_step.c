@@ -40,9 +40,10 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     }
 }
 
-/* Solve the step of size work.h from the state s at time t; the result stays in the work struct. */
+/* Solve the step of size h from the state s at time t; the result stays in the work struct. */
 static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                      const SG(options) * opt, SG(info) * info, real t, real h) {
+                      const SG(options) * opt, SG(info) * info, real t, real h, int whole,
+                      int end) {
     int problem, k, status;
     int warm;
     w->t = t;
@@ -72,7 +73,7 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         if (pr->opening && !w->opened) {
             continue;
         }
-        status = sg_solve(w, s, par, opt, info, problem, warm);
+        status = sg_solve(w, s, par, opt, info, problem, warm, whole, end);
         if (status != SG_K(OK)) {
             return status;
         }
@@ -189,8 +190,11 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     while (done < rest) {
         const int stride = rest >> level;
         const real t = s->t + h * ((real)done / (real)rest);
-        const int status =
-            sg_attempt(w, &w->trial, par, opt, info, t, h * ((real)stride / (real)rest));
+        /* While the step is whole a quarter of the iterations is kept for substeps. */
+        const int total = opt->max_iterations;
+        const int end = level == 0 && opt->max_halvings > 0 ? total - total / 4 : total;
+        const int status = sg_attempt(w, &w->trial, par, opt, info, t,
+                                      h * ((real)stride / (real)rest), stride == rest, end);
         if (status == SG_K(OK)) {
             done += stride;
             sg_commit(&w->trial, w);

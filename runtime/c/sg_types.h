@@ -16,9 +16,9 @@ typedef struct {
     int n_x, n_slots, x, lambda, response, gap_slots, last_rows, follows, opening;
 } sg_problem;
 
-enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };    /* kind of a percussion row */
-enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };    /* info.percussions */
-enum { SG_COLD = 1, SG_RAISED = 2, SG_SWEPT = 4 }; /* info.rescues */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };   /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };   /* info.percussions */
+enum { SG_COLD = 1, SG_RAISED = 2, SG_PATH = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
 static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};

@@ -29,7 +29,7 @@ static ball_work *solved(double y, double v_x, double v_y, double omega) {
     ball_info info;
     ENSURE(ball_init(&s, &par, &opt, 0.0, q, v) == BALL_OK);
     sg_reset_info(&info);
-    ENSURE(sg_attempt(&work, &s, &par, &opt, &info, 0.0, 0.01) == BALL_OK);
+    ENSURE(sg_attempt(&work, &s, &par, &opt, &info, 0.0, 0.01, 1, 200) == BALL_OK);
     return &work;
 }
 

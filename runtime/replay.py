@@ -1,0 +1,118 @@
+"""A step that failed, as data and as a file that replays it alone."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from signorini.runtime.arguments import as_path
+from signorini.runtime.errors import RunError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from signorini.runtime.stepper import Stepper
+
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class FailedStep:
+    """Everything that one step needs: model, state with its guess, inputs, parameters, options.
+
+    Attributes
+    ----------
+    model, model_hash, scheme, precision : str
+    stages : int
+    state : dict
+        Fields of the C struct ``p_state``.
+    u : list of float
+        Inputs.
+    parameters, options : dict
+    h : float
+        Step size.
+    status : str
+        How the step ended.
+    """
+
+    model: str
+    model_hash: str
+    scheme: str
+    precision: str
+    stages: int
+    state: dict[str, Any]
+    u: list[float]
+    parameters: dict[str, float]
+    options: dict[str, Any]
+    h: float
+    status: str
+    about: dict[str, Any]
+
+    def save(self, path: str | os.PathLike[str]) -> "Path":
+        """Write a JSON file; numbers survive to the last bit."""
+        target = as_path("the file", path)
+        text = json.dumps({"format": _FORMAT, **asdict(self)}, indent=1)
+        try:
+            target.write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise RunError(f"cannot write {target}: {error.strerror}") from None
+        return target
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "FailedStep":
+        """Read a file that `save` wrote; `RunError` if it is none."""
+        target = as_path("the file", path)
+        try:
+            data = json.loads(target.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise RunError(f"there is no file {target}") from None
+        except (OSError, ValueError) as error:
+            raise RunError(f"{target} is no file of a failed step ({error})") from None
+        if not isinstance(data, dict) or data.pop("format", None) != _FORMAT:
+            raise RunError(f"{target} is no file of a failed step that this version reads")
+        try:
+            return cls(**data)
+        except TypeError:
+            raise RunError(f"{target} is damaged: fields are missing or unknown") from None
+
+
+def fields_of(struct: Any) -> dict[str, Any]:
+    """Fields of a C struct of numbers and arrays as plain Python."""
+    values = {}
+    for name, _ in struct._fields_:
+        value = getattr(struct, name)
+        values[name] = value if isinstance(value, (int, float)) else list(value)
+    return values
+
+
+def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
+    """Take the step again; returns ``status``, ``q``, ``v``, ``t`` and the fields of ``p_info``.
+
+    Raises
+    ------
+    RunError
+        If the file is of another model, scheme or number of stages, or damaged.
+    """
+    m = stepper.manifest
+    for key in ("model", "model_hash", "scheme", "precision", "stages"):
+        if getattr(step, key) != m[key]:
+            raise RunError(
+                f"the step is of {key} {getattr(step, key)!r}, the stepper of {m[key]!r}: build "
+                "the stepper that it failed with"
+            )
+    lib = stepper._library
+    state, work, info = (lib.structs[name]() for name in ("state", "work", "info"))
+    try:
+        for name, kind in state._fields_:
+            value = step.state[name]
+            setattr(state, name, kind(*value) if isinstance(value, list) else value)
+        u = lib.array(stepper._rows("u", step.u, 1, stepper.sizes["n_u"])[0])
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise RunError(f"the file of the failed step is damaged ({error!r})") from None
+    par = stepper._params(stepper.check_parameters(step.parameters))
+    options = stepper._options(**step.options)
+    status = lib.call["step"](state, work, info, par, options, lib.pointer(u), step.h)
+    return {
+        **fields_of(info), "status": lib.statuses[status],
+        "t": float(state.t), "q": list(state.q), "v": list(state.v),
+    }  # fmt: skip

@@ -1,0 +1,164 @@
+"""Run scenes, judge every step, add up."""
+
+import zlib
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.replay import FailedStep
+from signorini.runtime.stepper import Stepper
+from signorini.stress.corpus import CORPUS, SCENES
+from signorini.stress.judge import judge
+from signorini.stress.scene import Case
+from signorini.workflow import build
+
+RESCUES = {"cold": 1, "raised": 2, "path": 4}
+
+
+@dataclass
+class Result:
+    """What the runs of one scene with one number of stages showed."""
+
+    scene: str
+    stages: int
+    runs: int = 0
+    steps: int = 0
+    counted: int = 0
+    substepped: int = 0
+    lost: int = 0
+    pushing: int = 0
+    gap: float = np.inf
+    complementarity: float = 0.0
+    cone: float = 0.0
+    gain: float = 0.0
+    rescues: Counter[str] = field(default_factory=Counter)
+    iterations: Counter[int] = field(default_factory=Counter)
+    failures: list[FailedStep] = field(default_factory=list)
+
+    def add(self, other: "Result") -> None:
+        """Add the numbers of another result."""
+        for name in ("runs", "steps", "counted", "substepped", "lost", "pushing"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.gap = min(self.gap, other.gap)
+        for name in ("complementarity", "cone", "gain"):
+            setattr(self, name, max(getattr(self, name), getattr(other, name)))
+        self.rescues += other.rescues
+        self.iterations += other.iterations
+        self.failures += other.failures
+
+    def quantile(self, share: float) -> int:
+        """Iterations that this share of the steps did not exceed."""
+        left = share * sum(self.iterations.values())
+        for count in sorted(self.iterations):
+            left -= self.iterations[count]
+            if left <= 0:
+                return count
+        return 0
+
+    @property
+    def mean(self) -> float:
+        """Mean number of iterations."""
+        total = sum(self.iterations.values())
+        return sum(k * n for k, n in self.iterations.items()) / max(total, 1)
+
+
+@cache
+def stepper_of(scene: str, stages: int) -> Stepper:
+    """The compiled stepper of a scene."""
+    return build(SCENES[scene].model(), stages=stages)
+
+
+def case_of(scene: str, seed: int, number: int) -> Case:
+    """Draw the start of one run."""
+    rng = np.random.default_rng([seed, zlib.crc32(scene.encode()), number])
+    return SCENES[scene].draw(rng)
+
+
+def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) -> Result:
+    """Run one case and judge it."""
+    stepper, case = stepper_of(scene, stages), case_of(scene, seed, number)
+    _, q, v = stepper.initial_state(case.parameters)
+    q = q if case.q is None else stepper._vector("q", case.q, q, "coordinates")
+    v = v if case.v is None else stepper._vector("v", case.v, v, "velocities")
+    q, v = stepper.project(q, v, case.t, case.parameters)
+    start = stepper.initial_state(case.parameters)[0] if case.t is None else case.t
+    result = Result(scene, stages, runs=1)
+    steps = SCENES[scene].steps
+    try:
+        traj = stepper.simulate(
+            t0=start,
+            t_end=start + steps * case.dt,
+            dt=case.dt,
+            q0=q,
+            v0=v,
+            parameters=case.parameters,
+            record="stages",
+            **options,
+        )
+    except StepError as error:
+        traj = error.trajectory
+        about = {"scene": scene, "seed": seed, "run": number, "step": len(traj)}
+        object.__setattr__(error.step, "about", about)
+        result.failures.append(error.step)
+    result.steps = len(traj) - 1
+    if result.steps == 0:
+        return result
+    found = judge(traj, case.dt, case.passive)
+    result.counted = int(np.count_nonzero(found.counted))
+    result.substepped = int(np.count_nonzero(traj.substeps))
+    result.lost, result.pushing = found.lost, found.pushing
+    result.gap, result.gain = found.gap, found.gain
+    result.complementarity, result.cone = found.complementarity, found.cone
+    whole = traj.substeps == 0
+    for name, bit in RESCUES.items():
+        result.rescues[name] += int(np.count_nonzero(traj.rescues[whole] & bit))
+    numbers, times = np.unique(traj.iterations[1:], return_counts=True)
+    result.iterations.update(dict(zip(numbers.tolist(), times.tolist(), strict=True)))
+    return result
+
+
+def run_scene(scene: str, stages: int, seed: int, runs: range, options: dict[str, Any]) -> Result:
+    """Run many cases of a scene."""
+    total = Result(scene, stages)
+    for number in runs:
+        total.add(run_case(scene, stages, seed, number, **options))
+    return total
+
+
+def campaign(
+    scenes: Iterable[str],
+    stages: Iterable[int],
+    runs: int,
+    seed: int,
+    workers: int,
+    options: dict[str, Any] | None = None,
+) -> Iterator[Result]:
+    """Run scenes in several processes; yields results as they come, one of each chunk."""
+    tasks = [
+        (name, s, seed, range(first, min(first + 25, count)), options or {})
+        for name in scenes
+        for s in stages
+        for count in [max(1, round(runs * SCENES[name].share))]
+        for first in range(0, count, 25)
+    ]
+    if workers <= 1:
+        for task in tasks:
+            yield run_scene(*task)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        for done in as_completed([pool.submit(run_scene, *task) for task in tasks]):
+            yield done.result()
+
+
+def chosen(names: Iterable[str]) -> list[str]:
+    """Scenes by name, all if none is named; `RunError` for an unknown one."""
+    wanted = list(names)
+    for name in wanted:
+        if name not in SCENES:
+            raise RunError(f"there is no scene '{name}'; there are: {', '.join(SCENES)}")
+    return wanted or [scene.name for scene in CORPUS]

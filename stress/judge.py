@@ -1,0 +1,224 @@
+"""Judge a run from its recorded states, stages and percussions alone.
+
+Nothing here knows how a step was solved: gaps, slip velocities and energies are evaluated anew and
+the laws (52), (56)-(58) are looked at one by one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from signorini.runtime.trajectory import Trajectory
+
+_STICKING = 1e-9  # of the radius: nearer to its ball's boundary friction counts as slipping
+_APPROACH = 1e-6  # of the largest speed
+
+
+@dataclass
+class Findings:
+    """What a run showed; arrays have one entry a step.
+
+    Attributes
+    ----------
+    counted : ndarray of bool
+        Steps with a change of contact state or at least two closed contacts.
+    gap : float
+        Smallest gap at a stage time [m].
+    complementarity, cone : float
+        Worst violation of (52), (56) and of (57), (58), in units of the run's largest gap speed
+        times h, speed, percussion.
+    gain : float
+        Largest energy above that of the start, relative to the largest kinetic energy.
+    lost : int
+        Stages with R_N > 0 in a step with Delta P_N = 0.
+    pushing : int
+        Contacts that approach for more than two steps while pushing although e_N = 0.
+    """
+
+    counted: np.ndarray
+    gap: float
+    complementarity: float
+    cone: float
+    gain: float
+    lost: int
+    pushing: int
+
+
+def judge(traj: Trajectory, dt: float, passive: bool) -> Findings:
+    """Look at every step of a run recorded with its stages."""
+    contacts = _Contacts(traj, dt)
+    states = contacts.states()
+    changed = np.any(np.diff(states, axis=0, prepend=0) != 0, axis=1)
+    closed = np.count_nonzero(contacts.closed, axis=1)
+    return Findings(
+        counted=changed | (closed >= 2),
+        gap=contacts.smallest_gap(),
+        complementarity=contacts.complementarity(),
+        cone=contacts.cone(),
+        gain=_gain(traj, contacts.kinetic) if passive else 0.0,
+        lost=contacts.lost(),
+        pushing=contacts.pushing(),
+    )
+
+
+def _gain(traj: Trajectory, floor: float) -> float:
+    stepper = traj._stepper
+    L = stepper.evaluate("L", traj.t, traj.q, traj.v, parameters=traj.parameters)
+    kinetic = (traj.energy + L) / 2
+    return float(np.max(traj.energy - traj.energy[0]) / max(np.max(kinetic), floor, 1e-300))
+
+
+class _Contacts:
+    """Kinematics and percussions of all contacts at all stages, shape (n, s, contact)."""
+
+    def __init__(self, traj: Trajectory, dt: float) -> None:
+        stepper, par = traj._stepper, traj.parameters
+        m = stepper.manifest
+        n, s = traj.Q.shape[:2]
+        self.traj, self.n, self.s, self.h = traj, n, s, dt
+        self.rows = m["contacts"]
+        start = (traj.t[:-1], traj.q[:-1], traj.v[:-1], traj.u[:-1], par)
+        flat = (traj.t_stage.reshape(-1), traj.Q.reshape(n * s, -1), traj.V.reshape(n * s, -1))
+        u = np.repeat(traj.u[:-1], s, axis=0)
+
+        def stages(name: str) -> np.ndarray:
+            return stepper.evaluate(name, *flat, u, par).reshape(n, s, -1)
+
+        self.g_N = stages("g_N")
+        self.gamma_F = stages("gamma_F")
+        self.exists = np.ones((n, len(self.rows)), dtype=bool)
+        if any(c["guarded"] for c in self.rows):
+            guard = stepper.evaluate("guard", *start)
+            guarded = np.array([c["guarded"] for c in self.rows])
+            self.exists = ~guarded | (guard >= 0)
+        self.mu, self.e_N, self.e_F = (
+            stepper.evaluate(name, traj.t[0], traj.q[0], parameters=par)
+            if self.rows
+            else np.zeros(0)
+            for name in ("mu", "e_N", "e_F")
+        )
+        self.bound = stages("bound") if any(c["normal"] < 0 for c in self.rows) else None
+        # A run at rest has the speed that its percussions would give.
+        mobility = 0.0
+        if stepper.sizes["n_N"]:
+            first = (traj.t[0], traj.q[0], traj.v[0])
+            W, M = (stepper.evaluate(name, *first, parameters=par) for name in ("W_N", "p_v"))
+            mobility = float(np.einsum("ik,ik->k", W, np.linalg.solve(M, W)).max())
+        # Steps in several parts show the stages of the last part alone.
+        self.whole = traj.substeps[1:] == 0
+        speeds = [np.abs(traj.g_N_dot).max(initial=0), np.abs(traj.gamma_F).max(initial=0)]
+        self.P_top = max(np.abs(traj.P_N).max(initial=0), np.abs(traj.P_F).max(initial=0), 1e-300)
+        self.R_top = max(np.abs(traj.R_N[:, :-1]).max(initial=0), self.P_top)
+        self.speed = max(*speeds, self.P_top * mobility, 1e-300)
+        self.kinetic = self.P_top**2 * mobility / 2
+        normal = [c["normal"] for c in self.rows]
+        unilateral = np.array([k >= 0 for k in normal], dtype=bool)
+        self.closed = np.zeros((n, len(self.rows)), dtype=bool)
+        pushed = (traj.R_N[:, :-1] > 0).any(axis=1) | (traj.P_N[1:] > 0)
+        self.closed[:, unilateral] = pushed
+        self.unilateral = np.flatnonzero(unilateral)
+
+    def states(self) -> np.ndarray:
+        """0 open, 1 sticks, 2 slips: at the end of every step."""
+        states = self.closed.astype(int)
+        for k, c in enumerate(self.rows):
+            if c["components"]:
+                f = slice(c["friction"], c["friction"] + c["components"])
+                size = np.linalg.norm(self.traj.P_F[1:, f], axis=1)
+                radius = self._radius(k, self.traj.P_N[1:], self.h * self._mean_bound(c))
+                slips = (size >= radius * (1 - _STICKING)) & (radius > 0)
+                at = self.closed[:, k] if c["normal"] >= 0 else np.ones(self.n, dtype=bool)
+                states[:, k] = np.where(at & slips, 2, np.where(at, 1, 0))
+        return states
+
+    def _mean_bound(self, contact: dict[str, int]) -> np.ndarray:
+        if self.bound is None or contact["normal"] >= 0:
+            return np.zeros(self.n)
+        place = [c["name"] for c in self.rows if c["normal"] < 0].index(contact["name"])
+        return np.maximum(self.bound[..., place], 0) @ self._weights()
+
+    def _weights(self) -> np.ndarray:
+        c = self.traj.t_stage[0] - self.traj.t_stage[0, 0]
+        c = c / c[-1]
+        powers = np.vander(c, increasing=True).T
+        return np.linalg.solve(powers, 1 / np.arange(1, self.s + 1))
+
+    def _radius(self, k: int, P_N: np.ndarray, bound: np.ndarray) -> np.ndarray:
+        normal = self.rows[k]["normal"]
+        return self.mu[k] * np.maximum(P_N[:, normal], 0) if normal >= 0 else bound
+
+    def smallest_gap(self) -> float:
+        """At the stages of all steps of contacts that exist."""
+        gaps = np.where(self.exists[:, None, self.unilateral], self.g_N, np.inf)
+        return float(gaps[:, 1:].min(initial=np.inf))
+
+    def complementarity(self) -> float:
+        """(52) at the stages, (56) at the end."""
+        worst = 0.0
+        for k in self.unilateral:
+            at = self.exists[:, k] & self.whole
+            n = self.rows[k]["normal"]
+            gap = self.g_N[at, 1:, n] / (self.h * self.speed)
+            R = self.traj.R_N[at, :-1, n] / self.R_top
+            worst = max(worst, _complementary(gap, R))
+            before, after = self.traj.g_N_dot[:-1][at, n], self.traj.g_N_dot[1:][at, n]
+            P = self.traj.P_N[1:][at, n]
+            xi = (after + self.e_N[k] * before) / self.speed
+            worst = max(worst, _complementary(np.where(P > 0, xi, 1.0), P / self.P_top))
+        return worst
+
+    def cone(self) -> float:
+        """(57) at the stages, (58) at the end: in the ball, the dissipation attained."""
+        worst = 0.0
+        for k, c in enumerate(self.rows):
+            if not c["components"]:
+                continue
+            f = slice(c["friction"], c["friction"] + c["components"])
+            at = self.exists[:, k] & self.whole
+            for i in range(1, self.s):
+                R_N = self.traj.R_N[at, i - 1]
+                bound = np.zeros(np.count_nonzero(at))
+                if self.bound is not None and c["normal"] < 0:
+                    place = [d["name"] for d in self.rows if d["normal"] < 0].index(c["name"])
+                    bound = self.h * np.maximum(self.bound[at, i - 1, place], 0)
+                radius = self._radius(k, R_N, bound)
+                R_F, slip = self.traj.R_F[at, i - 1, f], self.gamma_F[at, i, f]
+                worst = max(worst, _in_cone(R_F, slip, radius, self.R_top, self.speed))
+            P = self.traj.P_N[1:][at]
+            radius = self._radius(k, P, (self.h * self._mean_bound(c))[at])
+            before, after = self.traj.gamma_F[:-1][at, f], self.traj.gamma_F[1:][at, f]
+            xi = after + self.e_F[k] * before
+            worst = max(
+                worst, _in_cone(self.traj.P_F[1:][at, f], xi, radius, self.P_top, self.speed)
+            )
+        return worst
+
+    def lost(self) -> int:
+        """Contacts that pushed at a stage and took no part in the impact equations."""
+        pushed = (self.traj.R_N[:, :-1] > 1e-9 * self.R_top).any(axis=1)
+        return int(np.count_nonzero(pushed & (self.traj.P_N[1:] == 0) & self.whole[:, None]))
+
+    def pushing(self) -> int:
+        """Runs of more than two steps in which a contact pushes and approaches, e_N = 0."""
+        count = 0
+        for k in self.unilateral:
+            n = self.rows[k]["normal"]
+            if self.e_N[k] > 0:
+                continue
+            rate = self.traj.g_N_dot[1:, n]
+            bad = (self.traj.P_N[1:, n] > 0) & (rate < -_APPROACH * self.speed)
+            count += int(np.count_nonzero(bad[2:] & bad[1:-1] & bad[:-2]))
+        return count
+
+
+def _complementary(a: np.ndarray, b: np.ndarray) -> float:
+    """0 <= a, 0 <= b, a b = 0: the worst of -a, -b, min(a, b)."""
+    return float(np.abs(np.minimum(a, b)).max(initial=0))
+
+
+def _in_cone(
+    P: np.ndarray, slip: np.ndarray, radius: np.ndarray, force: float, speed: float
+) -> float:
+    size, rate = np.linalg.norm(P, axis=1), np.linalg.norm(slip, axis=1)
+    outside = np.maximum(size - radius, 0) / force
+    power = np.abs(radius * rate + np.einsum("ij,ij->i", P, slip)) / (force * speed)
+    return float(max(outside.max(initial=0), power.max(initial=0)))
