@@ -448,6 +448,69 @@ def growth(*, out: Path, largest: int | None = None) -> None:
     console.print(f"table, data and plot: {out}", markup=False, highlight=False)
 
 
+@app.command
+def stress(
+    *,
+    scenes: Pairs = None,
+    runs: int = 4,
+    seed: int = 1,
+    stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
+    workers: int | None = None,
+    out: Path | None = None,
+    replay: Path | None = None,
+) -> None:
+    """Run scenes that break time-steppers in great numbers and judge every step.
+
+    A step that fails is written as a file that replays it alone, and examined: for up to four
+    planar contacts all combinations of contact states are tried, which finds a solution or proves
+    that there is none. The exit status is 1 if any other step failed.
+
+    Parameters
+    ----------
+    scenes
+        Scenes of the corpus, by default all.
+    runs
+        Runs of a scene with each number of stages; a few scenes get more, or less.
+    seed
+        Seed of the random starts.
+    stages
+        Numbers of stages, by default 2 3 4.
+    workers
+        Processes, by default one for each core.
+    out
+        Folder for stress.md, stress.json and files of failed steps.
+    replay
+        Take the failed step of this file again and examine it; run nothing else.
+    """
+    from signorini.stress import report as reporting
+    from signorini.stress.campaign import campaign, chosen
+
+    console = Console()
+    if replay is not None:
+        for line in reporting.replay(replay):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+        return
+    names, numbers = chosen(scenes or ()), stages or [2, 3, 4]
+    if runs < 1:
+        raise RunError(f"--runs {runs}: give at least one")
+    if workers is not None and workers < 1:
+        raise RunError(f"--workers {workers}: give at least one")
+    results = reporting.Results(names, numbers)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("steps", total=None)
+        for result in campaign(names, numbers, runs, seed, workers):
+            results.add(result)
+            bar.update(task, completed=results.total.steps)
+    with console.status("examining failed steps"):
+        unproven = results.examine()
+    results.show(console)
+    if out is not None:
+        results.save(out)
+        console.print(f"table, data and failed steps: {out}", markup=False, highlight=False)
+    if unproven:
+        sys.exit(1)
+
+
 @app.command(name="list")
 def list_models() -> None:
     """List the models that come with the package."""

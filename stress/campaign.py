@@ -2,9 +2,9 @@
 
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -103,8 +103,7 @@ def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) ->
     except StepError as error:
         traj = error.trajectory
         about = {"scene": scene, "seed": seed, "run": number, "step": len(traj)}
-        object.__setattr__(error.step, "about", about)
-        result.failures.append(error.step)
+        result.failures.append(replace(error.step, about=about))
     result.steps = len(traj) - 1
     if result.steps == 0:
         return result
@@ -131,14 +130,31 @@ def run_scene(scene: str, stages: int, seed: int, runs: range, options: dict[str
 
 
 def campaign(
-    scenes: Iterable[str],
-    stages: Iterable[int],
+    scenes: Sequence[str],
+    stages: Sequence[int],
     runs: int,
     seed: int,
-    workers: int,
+    workers: int | None,
     options: dict[str, Any] | None = None,
 ) -> Iterator[Result]:
-    """Run scenes in several processes; yields results as they come, one of each chunk."""
+    """Run scenes in several processes; yields results as they come, one of each chunk.
+
+    Parameters
+    ----------
+    scenes : names of scenes
+    stages : numbers of stages
+    runs : int
+        Runs of a scene with each number of stages, times the share of the scene.
+    seed : int
+        Seed of the random starts.
+    workers : int or None
+        Processes; as many as there are cores by default.
+    options : dict, optional
+        Options of `Stepper.simulate`.
+    """
+    for s in stages:
+        if s < 2:
+            raise RunError(f"stages = {s}: give at least 2")
     tasks = [
         (name, s, seed, range(first, min(first + 25, count)), options or {})
         for name in scenes
@@ -146,7 +162,7 @@ def campaign(
         for count in [max(1, round(runs * SCENES[name].share))]
         for first in range(0, count, 25)
     ]
-    if workers <= 1:
+    if workers == 1:
         for task in tasks:
             yield run_scene(*task)
         return

@@ -1,23 +1,26 @@
 """Every combination of contact states of one planar step, tried one by one.
 
 For up to four contacts that can be reached in a step: each one is open, sticks, or slips one way or
-the other at each stage. For each combination the equations of the step are smooth; Newton's method
-solves them, and the inequalities decide. Nothing found means that the step has no solution near its
+the other at each stage. For each combination the equations of the step, linearised about free
+flight, are solved; combinations that violate no inequality by more than the curvature of a step can
+explain are solved as they are, by Newton's method. If none holds the step has no solution near its
 start; that is the only proof of it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.stepper import Stepper
 
 OPEN, STICK, FORTH, BACK = range(4)
-_LIMIT = 5_000  # combinations
-_TOLERANCE = 1e-8
+_MOST = 70_000  # combinations of one problem: four contacts at two stages, two at four
+_CHUNK = 4096  # combinations solved at once
+_LOOSE = 1e-2  # violation that the linearised equations may show
+_TIGHT = 1e-8
 _SOLVED = 1e-10
+_SOFT = 1e-11  # relative compliance of dependent rows while combinations are sifted
 
 
 @dataclass
@@ -46,7 +49,15 @@ class Verdict:
 
 
 def examine(stepper: Stepper, step: FailedStep) -> Verdict:
-    """Try all combinations of contact states of a failed step."""
+    """Try all combinations of contact states of a failed step.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        Of the model that the step failed with.
+    step : FailedStep
+        From ``StepError.step`` or a replay file.
+    """
     m = stepper.manifest
     if any(c["components"] > 1 or c["normal"] < 0 for c in m["contacts"]):
         return Verdict("not examined: only contacts with planar friction are")
@@ -61,13 +72,11 @@ class _Examination:
         self.n_R, self.normal = n["n_R"], n["n_g"] + n["n_gamma"]
         self.slip = self.normal + n["n_N"]
         self.position, self.velocity = m["problems"]
-        self.n_lam = n["n_lambda_total"]
         state = step.state
-        self.at = {
-            "t": state["t"], "q": state["q"], "v": state["v"], "u": step.u,
-            "parameters": step.parameters,
-        }  # fmt: skip
         q, par = np.array(state["q"]), step.parameters
+        self.at = {
+            "t": state["t"], "q": q, "v": np.array(state["v"]), "u": step.u, "parameters": par,
+        }  # fmt: skip
         self.mu = stepper.evaluate("mu", state["t"], q, parameters=par)
         self.exists = np.ones(len(self.contacts), dtype=bool)
         if any(c["guarded"] for c in self.contacts):
@@ -75,54 +84,56 @@ class _Examination:
             guarded = np.array([c["guarded"] for c in self.contacts])
             self.exists = ~guarded | (guard >= 0)
         self.tried = 0
-        self.speed = np.abs(state["v"]).max()
+        self.speed = float(np.abs(state["v"]).max())
+
+    def run(self) -> Verdict:
+        x, lam = self.free_flight()
+        near = self.reachable(x, lam)
+        slots = self.position["n_slots"]
+        if 4 ** (len(near) * slots) > _MOST:
+            return Verdict(f"not examined: {len(near)} contacts within reach at {slots} stages")
+        for at in self.solutions("position", x, lam, near):
+            for x_end, lam_end in self.solutions("velocity", *at, self.active(*at, near)):
+                return Verdict("solution found", self.tried, x_end, lam_end)
+        return Verdict("no solution", self.tried)
+
+    # --- the equations ---------------------------------------------------------------------------
 
     def residuals(self, name: str, x: np.ndarray, lam: np.ndarray) -> dict[str, np.ndarray]:
         return self.stepper.problem(name, x, lam, self.step.h, **self.at)
 
-    def run(self) -> Verdict:
-        x0, lam0 = self.free_flight()
-        near = self.reachable(x0, lam0)
-        slots = self.position["n_slots"]
-        if len(near) > 4 or 4 ** (len(near) * slots) > _LIMIT:
-            return Verdict(f"not examined: {len(near)} contacts at {slots} stages")
-        for x, lam in self.solutions("position", x0, lam0, near, slots):
-            active = self.active(x, lam, near)
-            for x_end, lam_end in self.solutions("velocity", x, lam, active, 1):
-                return Verdict("solution found", self.tried, x_end, lam_end)
-        return Verdict("no solution", self.tried)
+    def places(self, name: str) -> tuple[int, int, int, int]:
+        """Numbers of smooth unknowns and slots, places of x and lambda among all unknowns."""
+        if name == "position":
+            return self.position["n_x"], self.position["n_slots"], 0, 0
+        n_x, slots = self.velocity["n_x"], self.velocity["n_slots"]
+        return n_x, slots, self.position["n_x"], self.position["n_slots"] * self.n_R
 
     def free_flight(self) -> tuple[np.ndarray, np.ndarray]:
         """The step without any contact percussion."""
-        x = np.tile(self.at["v"], self.stepper.sizes["n_x_total"] // len(self.at["v"]))
-        lam = np.zeros(self.n_lam)
+        n, v = self.stepper.sizes, self.at["v"]
+        x, lam = np.tile(v, n["n_x_total"] // v.size), np.zeros(n["n_lambda_total"])
         for name in ("position", "velocity"):
-            kinds = np.full((self.size(name)[1], len(self.contacts)), OPEN)
+            kinds = np.full((self.places(name)[1], len(self.contacts)), OPEN)
             solved = self.newton(name, x, lam, kinds)
             if solved is not None:
                 x, lam = solved
-        self.speed = max(self.speed, np.abs(x).max())
+        self.speed = max(self.speed, float(np.abs(x).max()))
         return x, lam
 
-    def size(self, name: str) -> tuple[int, int, int, int]:
-        p = self.position if name == "position" else self.velocity
-        first = 0 if name == "position" else self.position["n_x"]
-        offset = 0 if name == "position" else self.position["n_slots"] * self.n_R
-        return p["n_x"], p["n_slots"], first, offset
-
     def reachable(self, x: np.ndarray, lam: np.ndarray) -> list[int]:
-        """Contacts that close in free flight, or nearly."""
+        """Contacts that speeds of the size of free flight's close within the step."""
         y = self.residuals("position", x, lam)["y"].reshape(-1, self.n_R)
-        q, v = np.array(self.at["q"]), np.array(self.at["v"])
-        rate = self.stepper.evaluate(
-            "g_N_dot", self.at["t"], q, v, parameters=self.at["parameters"]
+        W = self.stepper.evaluate(
+            "W_N", self.at["t"], self.at["q"], self.at["v"], parameters=self.at["parameters"]
         )
-        reach = self.step.h * (np.abs(rate).max() + np.abs(v).max()) + 1e-12
-        near = []
-        for k, c in enumerate(self.contacts):
-            if self.exists[k] and y[:, self.normal + c["normal"]].min() < 2 * reach:
-                near.append(k)
-        return near
+        pace = np.abs(x.reshape(-1, self.at["v"].size)).max(axis=0)
+        reach = self.step.h * (np.abs(W).T @ np.maximum(pace, np.abs(self.at["v"])))
+        return [
+            k
+            for k, c in enumerate(self.contacts)
+            if self.exists[k] and y[:, self.normal + c["normal"]].min() <= 2 * reach[c["normal"]]
+        ]
 
     def active(self, x: np.ndarray, lam: np.ndarray, near: list[int]) -> list[int]:
         """Contacts closed at any stage (67)."""
@@ -132,28 +143,127 @@ class _Examination:
         floor = 1e-12 * (1 + np.abs(self.at["q"]).max())
         return [k for k, n in rows if np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))]
 
+    # --- combinations ----------------------------------------------------------------------------
+
     def solutions(
-        self, name: str, x: np.ndarray, lam: np.ndarray, near: list[int], slots: int
+        self, name: str, x: np.ndarray, lam: np.ndarray, near: list[int]
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """All combinations whose solution satisfies the inequalities."""
-        choices = []
-        for _ in range(slots):
-            for k in near:
-                sliding = self.contacts[k]["components"] and self.mu[k] > 0
-                choices.append((OPEN, STICK, FORTH, BACK) if sliding else (OPEN, FORTH))
-        for combination in product(*choices):
+        """All combinations of states of the contacts `near` that solve a problem."""
+        slots = self.places(name)[1]
+        spots = [(i, k) for i in range(slots) for k in near]
+        choices = [
+            (OPEN, STICK, FORTH, BACK)
+            if self.contacts[k]["components"] and self.mu[k] > 0
+            else (OPEN, FORTH)
+            for _, k in spots
+        ]
+        for combination in self.sift(name, x, lam, spots, choices):
             kinds = np.full((slots, len(self.contacts)), OPEN)
-            kinds[:, near] = np.array(combination, dtype=int).reshape(slots, len(near))
-            self.tried += 1
+            for (i, k), kind in zip(spots, combination, strict=True):
+                kinds[i, k] = kind
             solved = self.newton(name, x, lam, kinds)
             if solved is not None and self.admissible(name, *solved, kinds, near):
                 yield solved
+
+    def sift(
+        self,
+        name: str,
+        x: np.ndarray,
+        lam: np.ndarray,
+        spots: list[tuple[int, int]],
+        choices: Sequence[tuple[int, ...]],
+    ) -> Iterator[tuple[int, ...]]:
+        """Combinations that the linearised problem does not rule out."""
+        total = int(np.prod([len(c) for c in choices]))
+        self.tried += total
+        if not spots:
+            yield ()
+            return
+        D, y0 = self.reduced(name, x, lam, spots)
+        n = len(spots)
+        mu = np.array([self.mu[k] for _, k in spots])
+        slides = np.array([self.contacts[k]["components"] > 0 for _, k in spots])
+        tables = [np.array(c) for c in choices]
+        shape = tuple(len(c) for c in choices)
+        size = np.abs(np.diag(D)).copy()
+        size[size == 0] = 1.0
+        for first in range(0, total, _CHUNK):
+            index = np.unravel_index(np.arange(first, min(first + _CHUNK, total)), shape)
+            kinds = np.stack([t[i] for t, i in zip(tables, index, strict=True)], axis=1)
+            m = len(kinds)
+            A = np.zeros((m, 2 * n, 2 * n))
+            b = np.zeros((m, 2 * n))
+            for j in range(n):
+                closed = kinds[:, j] != OPEN
+                A[closed, j] = D[j]
+                A[closed, j, j] += _SOFT * size[j]
+                b[closed, j] = -y0[j]
+                A[~closed, j, j] = size[j]
+                stick = (kinds[:, j] == STICK) & slides[j]
+                A[stick, n + j] = D[n + j]
+                A[stick, n + j, n + j] += _SOFT * size[n + j]
+                b[stick, n + j] = -y0[n + j]
+                A[~stick, n + j, n + j] = 1
+                sign = np.where(kinds[:, j] == FORTH, 1.0, np.where(kinds[:, j] == BACK, -1.0, 0.0))
+                A[~stick, n + j, j] = (sign * mu[j] * slides[j])[~stick]
+            try:
+                R = np.linalg.solve(A, b[..., None])[..., 0]
+            except np.linalg.LinAlgError:
+                R = np.array([np.linalg.lstsq(A[i], b[i], rcond=1e-12)[0] for i in range(m)])
+            y = y0 + R @ D.T
+            push = np.abs(R).max(axis=1, keepdims=True) + np.abs(y0[:n] / size[:n]).max() + 1e-300
+            bad = np.zeros(m, dtype=bool)
+            for j in range(n):
+                slack = _LOOSE * push[:, 0]
+                closed = kinds[:, j] != OPEN
+                bad |= ~closed & (y[:, j] / size[j] < -slack)
+                bad |= closed & (R[:, j] < -slack)
+                if slides[j]:
+                    stick = kinds[:, j] == STICK
+                    radius = mu[j] * np.maximum(R[:, j], 0)
+                    bad |= stick & (np.abs(R[:, n + j]) > radius + slack)
+                    rate = y[:, n + j] / size[n + j]
+                    bad |= (kinds[:, j] == FORTH) & (mu[j] > 0) & (rate < -slack)
+                    bad |= (kinds[:, j] == BACK) & (rate > slack)
+            yield from (tuple(row) for row in kinds[~bad])
+
+    def reduced(
+        self, name: str, x: np.ndarray, lam: np.ndarray, spots: list[tuple[int, int]]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Kinematic rows y0 + D R of the spots' normals and slips; the rest is eliminated."""
+        _n_x, slots, _, offset = self.places(name)
+        lam = lam.copy()
+        lam[offset : offset + slots * self.n_R] = 0
+        at = self.residuals(name, x, lam)
+        rows = [i * self.n_R + self.normal + self.contacts[k]["normal"] for i, k in spots]
+        slips = [
+            i * self.n_R
+            + (self.slip + self.contacts[k]["friction"] if self.contacts[k]["components"] else -1)
+            for i, k in spots
+        ]
+        chosen = [*rows, *slips]
+        fixed = [i * self.n_R + c for i in range(slots) for c in range(self.normal)]
+        B, C = at["B"], at["C"]
+        Z = np.linalg.solve(at["A"], np.column_stack([B, at["r"]]))
+        y = at["y"] - C @ Z[:, -1]
+        D = -C @ Z[:, :-1]
+        if fixed:
+            inner = np.linalg.pinv(D[np.ix_(fixed, fixed)], rcond=1e-11)
+            y = y - D[:, fixed] @ inner @ y[fixed]
+            D = D - D[:, fixed] @ inner @ D[fixed]
+        D, y = D[np.ix_(chosen, chosen)], y[chosen]
+        for j, (_, k) in enumerate(spots):
+            if not self.contacts[k]["components"]:
+                D[len(spots) + j] = D[:, len(spots) + j] = y[len(spots) + j] = 0
+        return D, y
+
+    # --- one combination -------------------------------------------------------------------------
 
     def newton(
         self, name: str, x: np.ndarray, lam: np.ndarray, kinds: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """Solve the equations of one combination; least-norm steps where they are dependent."""
-        n_x, slots, first, offset = self.size(name)
+        n_x, slots, first, offset = self.places(name)
         n = slots * self.n_R
         x, lam = x.copy(), lam.copy()
         lam[offset : offset + n] = 0
@@ -173,7 +283,7 @@ class _Examination:
             lam[offset : offset + n] += change[n_x:]
             if not np.all(np.isfinite(change)):
                 return None
-            speed = max(np.abs(x).max(), self.speed)
+            speed = max(float(np.abs(x).max()), self.speed)
             if np.abs(change[:n_x]).max() <= _SOLVED * speed:
                 left = np.abs(scaled @ (change * columns) + F / unit).max()
                 return (x, lam) if left <= 10 * _SOLVED * speed else None
@@ -218,30 +328,30 @@ class _Examination:
         self, name: str, x: np.ndarray, lam: np.ndarray, kinds: np.ndarray, near: list[int]
     ) -> bool:
         """The inequalities of every contact, each in its own units."""
-        _, slots, _, offset = self.size(name)
+        _, slots, _, offset = self.places(name)
         y = self.residuals(name, x, lam)["y"].reshape(slots, self.n_R)
         R = lam[offset : offset + slots * self.n_R].reshape(slots, self.n_R)
         everyone = near if name == "velocity" else range(len(self.contacts))
-        speed = max(np.abs(x).max(), self.speed)
+        speed = max(float(np.abs(x).max()), self.speed)
         force = np.abs(R).max() + 1e-300
+        length = speed * (self.step.h if name == "position" else 1)
         for i in range(slots):
-            length = speed * (self.step.h if name == "position" else 1)
             for k in everyone:
                 contact = self.contacts[k]
                 if not self.exists[k]:
                     continue
                 n, f = self.normal + contact["normal"], self.slip + contact["friction"]
-                if kinds[i, k] == OPEN and y[i, n] < -_TOLERANCE * length:
+                if kinds[i, k] == OPEN and y[i, n] < -_TIGHT * length:
                     return False
-                if kinds[i, k] != OPEN and R[i, n] < -_TOLERANCE * force:
+                if kinds[i, k] != OPEN and R[i, n] < -_TIGHT * force:
                     return False
                 if not contact["components"]:
                     continue
                 radius = self.mu[k] * max(R[i, n], 0)
-                if kinds[i, k] == STICK and abs(R[i, f]) > radius + _TOLERANCE * force:
+                if kinds[i, k] == STICK and abs(R[i, f]) > radius + _TIGHT * force:
                     return False
-                if kinds[i, k] == FORTH and self.mu[k] > 0 and y[i, f] < -_TOLERANCE * speed:
+                if kinds[i, k] == FORTH and self.mu[k] > 0 and y[i, f] < -_TIGHT * speed:
                     return False
-                if kinds[i, k] == BACK and y[i, f] > _TOLERANCE * speed:
+                if kinds[i, k] == BACK and y[i, f] > _TIGHT * speed:
                     return False
         return True
