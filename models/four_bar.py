@@ -2,8 +2,8 @@
 
 Three bodies with quaternions and four hinges make 23 constraints for 21 coordinates and one degree
 of freedom: three constraints are redundant. Closed form: with equal cranks and the coupler as long
-as the base the coupler only translates, so that the linkage swings like a pendulum with
-(m_c/3 + m_k/2) 2 l over (m_c/2 + m_k/2) 2 (thin cranks of mass m_c, coupler m_k).
+as the base the coupler only translates, and the linkage swings like a pendulum of the length
+l (2/3 m_c + m_k) / (m_c + m_k), thin cranks of mass m_c, coupler of mass m_k.
 """
 
 import signorini as sg

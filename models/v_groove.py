@@ -1,8 +1,8 @@
 """Polygon in a V-shaped groove that may shake: wedged between two walls.
 
-Closed form: without friction both walls carry m g / (2 cos(alpha)); with mu >= tan(alpha) friction
-alone can hold a body between the walls (a wedge locks itself). Seen: rests flat on both walls,
-rattles when the groove shakes.
+Closed form: without friction both walls carry m g / (2 cos(alpha)). With mu tan(alpha) > 1 friction
+alone can hold a body between the walls: it locks. Seen: rests flat on both walls, rattles when the
+groove shakes.
 """
 
 from math import cos, pi, sin

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ _HEADINGS = (
     *RESCUES,
     *("mean", "99.9 %", "max", "gap", "compl.", "cone", "gain", "lost", "push"),
 )
+_WIDTH = 150
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
     "left unsolved, proven: those of them that have no solution; substeps, cold, raised, path: "
@@ -84,7 +85,8 @@ class Results:
             table.add_column(heading, justify="right" if k else "left", no_wrap=True)
         for row in self.table():
             table.add_row(*row)
-        console.print(table, soft_wrap=True)
+        # All columns or none: a table squeezed into a narrow terminal cannot be read.
+        Console(file=console.file, width=max(console.width, _WIDTH)).print(table)
         console.print(LEGEND, style="dim", markup=False, highlight=False)
         for step, verdict in self.verdicts:
             console.print(f"{name_of(step)}: {verdict.text}", markup=False, highlight=False)
@@ -105,8 +107,9 @@ class Results:
         (folder / "stress.md").write_text(self.markdown(), encoding="utf-8")
         rows = []
         for r in self.rows.values():
-            row: dict[str, Any] = asdict(r)
+            row: dict[str, Any] = {f.name: getattr(r, f.name) for f in fields(r)}
             row["failures"] = [name_of(step) for step in r.failures]
+            row["iterations"] = {str(k): n for k, n in sorted(r.iterations.items())}
             rows.append(row)
         text = json.dumps({"rows": rows}, indent=1)
         (folder / "stress.json").write_text(text + "\n", encoding="utf-8")

@@ -23,12 +23,18 @@ from signorini.models import (
     coin,
     conveyor_oscillator,
     cradle,
+    dominoes,
+    drawer,
+    falling_chain,
+    four_bar,
     hopper,
     painleve_rod,
     pendulum_with_wall,
     rimless_wheel,
     rocking_block,
     sphere_on_incline,
+    table_with_legs,
+    v_groove,
     vibrating_table,
     woodpecker,
 )
@@ -37,7 +43,14 @@ G = 9.81
 Build = Callable[..., sg.Stepper]
 
 
-LARGE = {"arch", "block_stack", "box_in_space"}  # at four stages behind the marker: compilation
+LARGE = {
+    "arch",
+    "block_stack",
+    "box_in_space",
+    "dominoes",
+    "four_bar",
+    "table_with_legs",
+}  # at four stages behind the marker: compilation
 HORIZONS = [
     pytest.param(name, s, marks=[pytest.mark.slow] if s == 4 and name in LARGE else [])
     for name in shipped()
@@ -436,3 +449,93 @@ def test_hopper_keeps_its_speed(stepper: Build) -> None:
         tops = y[1:-1][(y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:])]
         assert len(tops) > 5
         assert np.ptp(tops) < 0.03 * tops.mean()
+
+
+def test_groove_carries_the_weight(stepper: Build) -> None:
+    """Without friction each wall carries m g / (2 cos(alpha))."""
+    alpha, dt = pi / 4, 5e-3
+    traj = stepper(v_groove.model).simulate(
+        t_end=0.1, dt=dt, q0=[0, 0.1, 0], v0=[0, 0, 0], parameters={"mu": 0, "alpha": alpha}
+    )
+    walls = {side: sum(traj[f"{side}_{k}.P_N"][-1] for k in range(4)) for side in ("left", "right")}
+    assert walls["left"] == pytest.approx(G * dt / (2 * cos(alpha)), rel=1e-9)
+    assert walls["right"] == pytest.approx(walls["left"], rel=1e-9)
+
+
+def test_drawer_jams(stepper: Build) -> None:
+    """Jams iff 2 mu e > l, whatever the force."""
+    mu, length = 0.8, 0.3
+    limit = length / (2 * mu)
+    for factor, jams in ((0.95, False), (1.05, True)):
+        for F in (1.0, 1e3):
+            traj = stepper(drawer.model).simulate(
+                t_end=0.1,
+                dt=1e-4,
+                parameters={"mu": mu, "length": length, "e": factor * limit, "F": F, "play": 1e-6},
+            )
+            moved = abs(traj["x"][-1]) > 1e-4 * F
+            assert moved != jams
+
+
+def test_domino_tips(stepper: Build) -> None:
+    """One domino falls iff it leans by more than atan(w/h)."""
+    one = sg.build(dominoes.model(count=1), stages=3)
+    critical = atan(0.008 / 0.048)
+    for factor, angle in ((0.95, 0.0), (1.05, -pi / 2)):
+        par = {"lean": factor * critical, "mu": 2.0}
+        traj = one.simulate(t_end=4.0, dt=1e-3, parameters=par)
+        assert traj["d0_phi"][-1] == pytest.approx(angle, abs=1e-8)
+
+
+def test_chain_presses_threefold(stepper: Build) -> None:
+    """With k beads on the table at the time t the percussion so far is k m g t."""
+    traj = stepper(falling_chain.model).simulate(t_end=0.3, dt=1e-3)
+    landed = np.sqrt(2 * 0.1 * np.arange(1, 6) / G)
+    total = np.cumsum(sum(traj[f"table{k}.P_N"] for k in range(5)))
+    for t, pressed in zip(traj.t, total, strict=True):
+        if np.abs(landed - t).min() < 2e-3:
+            continue
+        assert pressed == pytest.approx(np.sum(landed < t) * 0.01 * G * t, abs=1e-12)
+
+
+def test_chain_does_not_stretch(stepper: Build) -> None:
+    """Hanging from nothing but pulled apart, beads stay within a string's length."""
+    traj = stepper(falling_chain.model).simulate(
+        t_end=0.2, dt=1e-3, v0={"b0_x": -1.0, "b4_x": 1.0}, parameters={"x": 0.3}
+    )
+    points = traj.q.reshape(len(traj), 5, 2)
+    apart = np.linalg.norm(np.diff(points, axis=1), axis=2)
+    assert apart.max() < 0.1 + 1e-12
+    assert traj.P_N.max() > 0
+
+
+def test_table_shares_its_weight(stepper: Build) -> None:
+    """Equal legs in the middle; off it, of all percussions in balance those of least norm."""
+    model, dt = stepper(table_with_legs.model, 2), 5e-3
+    rest = {"q0": {"z": 0.7}, "v0": np.zeros(7), "t_end": 0.05, "dt": dt}
+    even = model.simulate(**rest)
+    np.testing.assert_allclose(even.P_N[-1], 10 * G * dt / 5, rtol=1e-9)
+    aside = 0.1
+    odd = model.simulate(**rest, parameters={"aside": aside, "mu": 0})
+    angles = 2 * pi * np.arange(5) / 5
+    place = np.array([0.5 * np.cos(angles) - aside, 0.5 * np.sin(angles)])
+    balance = np.vstack([np.ones(5), place])
+    np.testing.assert_allclose(balance @ odd.P_N[-1], [10 * G * dt, 0, 0], atol=1e-10)
+    # Effective masses of the legs, J about the horizontal axes; the last term is the mobility in
+    # the direction of the quaternion's length, with the mass 2 tr(J) of (p . p_dot)^2.
+    J = 10 * (3 * 0.5**2 + 0.04**2) / 12
+    stretch = (2 * 0.7) ** 2 / (2 * (2 * J + 10 * 0.5**2 / 2))
+    root = np.sqrt(1 / (1 / 10 + (place**2).sum(axis=0) / J + stretch))
+    least = root * (np.linalg.pinv(balance * root) @ np.array([10 * G * dt, 0, 0]))
+    np.testing.assert_allclose(odd.P_N[-1], least, rtol=1e-8)
+
+
+def test_four_bar_swings(stepper: Build) -> None:
+    """Period of the equivalent pendulum; redundant constraints do not drift."""
+    traj = stepper(four_bar.model, 3).simulate(t_end=3.0, dt=1e-2, parameters={"phi": 0.01})
+    length = 0.3 * (2 / 3 * 0.2 + 0.5) / 0.7
+    period = 2 * np.diff(crossings(traj.t, traj["angle"])).mean()
+    assert period == pytest.approx(2 * pi * sqrt(length / G), rel=1e-4)
+    assert np.abs(traj.g).max() < 1e-14
+    assert np.abs(traj.g_dot).max() < 1e-13
+    assert np.all(traj.percussions[1:] >= 1)

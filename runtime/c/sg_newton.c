@@ -36,7 +36,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                 for (d = 0; d < contact->components; ++d) {
                     z[d] = w->prox_r[f + d] * w->y[f + d] - lambda[f + d];
                 }
-                if (open) {
+                if (open || (contact->normal >= 0 && !(w->mu[k] > SG_C(0.0)))) {
                     for (d = 0; d < contact->components; ++d) {
                         w->kind[f + d] = SG_ROW_ZERO;
                         w->phi[f + d] = lambda[f + d];

@@ -1,0 +1,283 @@
+"""The corpus, its judge, the enumeration of contact states, replay files, the command."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import signorini as sg
+from signorini.models import box, v_groove
+from signorini.runtime.replay import FailedStep
+from signorini.runtime.replay import replay as take_again
+from signorini.runtime.run import Run
+from signorini.runtime.trajectory import Trajectory
+from signorini.stress.campaign import case_of, run_case, run_scene
+from signorini.stress.corpus import CORPUS, SCENES, SEED
+from signorini.stress.enumeration import examine
+from signorini.stress.judge import judge
+
+Build = Callable[..., sg.Stepper]
+LOCKED = {"alpha": np.pi / 4, "mu": 1.7, "e_N": 0.5}  # a locked wedge cannot rebound
+
+
+def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "signorini", "stress", *arguments],
+        cwd=cwd, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+# --- the corpus -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "scene",
+    ["box_drop", "box_pressed", "box_scales", "box_large_steps", "painleve", "cradle_touching",
+     "ties", "grazing", "vibrating", "hill"],
+)  # fmt: skip
+@pytest.mark.parametrize("stages", [2, 3])
+def test_scenes(scene: str, stages: int) -> None:
+    """A few runs of the scenes whose models compile fast; the laws hold to round-off."""
+    result = run_scene(scene, stages, SEED, range(6), {})
+    assert not result.failures
+    assert result.counted > 4
+    assert max(result.iterations) <= 200
+    assert result.gap > -1e-11
+    assert result.complementarity < 1e-9
+    assert result.cone < 1e-9
+    assert result.pushing == 0
+
+
+@pytest.mark.parametrize(
+    ("scene", "stages", "number"),
+    [("painleve", 3, 9), ("painleve", 2, 3), ("groove", 2, 18), ("groove", 2, 32), ("chain", 2, 1),
+     ("chain", 2, 5), ("groove", 3, 25), ("groove", 3, 32)],
+)  # fmt: skip
+def test_runs_that_once_stopped(scene: str, stages: int, number: int) -> None:
+    """Solutions that plain, damped and swept iterations did not find, or gave back unclean."""
+    result = run_case(scene, stages, SEED, number)
+    assert not result.failures
+    assert result.steps == SCENES[scene].steps
+
+
+def test_starts_do_not_depend_on_anything_else() -> None:
+    assert len({scene.name for scene in CORPUS}) == len(CORPUS)
+    one, again, other = (case_of("box_drop", 1, k) for k in (3, 3, 4))
+    assert one.parameters == again.parameters and np.array_equal(one.v, again.v)
+    assert not np.array_equal(one.v, other.v)
+
+
+@pytest.mark.slow
+def test_whole_corpus() -> None:
+    """Four runs of every scene at s = 2, 3, 4."""
+    counted = substepped = 0
+    for scene in CORPUS:
+        for stages in (2, 3, 4):
+            runs = range(max(1, round(4 * scene.share)))
+            result = run_scene(scene.name, stages, SEED, runs, {})
+            counted += result.counted
+            substepped += result.substepped
+            assert max(result.iterations) <= 200
+            assert result.gap > -1e-11
+            assert result.complementarity < 1e-7 and result.cone < 1e-7
+    assert substepped <= 1e-3 * counted
+
+
+# --- the judge ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def dropped(stepper: Build) -> Trajectory:
+    return stepper(box.model, 3).simulate(
+        t_end=1.0, dt=1e-2, record="stages", parameters={"e_N": 0.0, "mu": 0.4}
+    )
+
+
+def spoil(traj: Trajectory, array: str, change: Callable[[np.ndarray], None]) -> Trajectory:
+    arrays = {name: values.copy() for name, values in traj._arrays.items()}
+    change(arrays[array])
+    return Trajectory(
+        traj._stepper, arrays, parameters=traj.parameters, options=traj.options, seconds=0.0
+    )
+
+
+def test_judge_accepts_a_run(dropped: Trajectory) -> None:
+    found = judge(dropped, 1e-2, passive=True)
+    assert found.complementarity < 1e-11 and found.cone < 1e-11
+    assert found.gap > -1e-14 and found.gain <= 1e-12
+    assert found.lost == found.pushing == 0
+    assert 20 < np.count_nonzero(found.counted) < 100
+
+
+def test_judge_sees_what_is_wrong(dropped: Trajectory) -> None:
+    """One wrong number each: a sign, a pull, an impact left out, a sunken stage, energy."""
+    n_N = dropped.P_N.shape[1]
+    slides = (np.abs(dropped.P_F[1:]) > 1e-3) & (np.abs(dropped.gamma_F[1:]) > 1e-2)
+    step, contact = np.argwhere(slides)[0]
+
+    def against(P: np.ndarray) -> None:
+        P[step + 1, n_N + contact] *= -1
+
+    def pull(P: np.ndarray) -> None:
+        P[step + 1, contact] *= -1
+
+    def sunken(Q: np.ndarray) -> None:
+        Q[step, -1, 1] -= 1e-3
+
+    def faster(v: np.ndarray) -> None:
+        v[-1, 0] += 10
+
+    def left_out(P: np.ndarray) -> None:
+        P[step + 1] = 0
+
+    assert judge(spoil(dropped, "P", against), 1e-2, True).cone > 1e-6
+    assert judge(spoil(dropped, "P", pull), 1e-2, True).complementarity > 1e-3
+    assert judge(spoil(dropped, "Q", sunken), 1e-2, True).gap < -5e-4
+    assert judge(spoil(dropped, "v", faster), 1e-2, True).gain > 0.1
+    assert judge(spoil(dropped, "P", left_out), 1e-2, True).lost > 0
+
+
+def test_judge_sees_a_contact_that_sinks(dropped: Trajectory) -> None:
+    def down(v: np.ndarray) -> None:
+        v[-4:, 1] = -0.1
+
+    assert judge(spoil(dropped, "v", down), 1e-2, False).pushing > 0
+
+
+# --- enumeration ----------------------------------------------------------------------------------
+
+
+def pretended(
+    stepper: sg.Stepper, t: float, q: np.ndarray, v: np.ndarray, **about: float
+) -> FailedStep:
+    """A step as if it had failed."""
+    par = stepper.check_parameters(about)
+    run = Run(stepper, par, {}, t, np.asarray(q, float), np.asarray(v, float), 1e-2, 1, 1, False)
+    return run._failed("NOT_CONVERGED", [])
+
+
+@pytest.mark.parametrize("stages", [2, 3])
+def test_enumeration_finds_what_the_solver_finds(stages: int, stepper: Build) -> None:
+    """Where a step has one solution both find it: two independent ways to the same numbers."""
+    compiled = stepper(box.model, stages)
+    rng = np.random.default_rng(stages)
+    closed = 0
+    for _ in range(25):
+        phi = rng.uniform(0.1, 1.4)
+        lowest = 0.2 * np.sin(phi) + 0.1 * np.cos(phi)
+        q = np.array([0, lowest + rng.choice([0, 1e-3]), phi])
+        v = rng.normal(size=3) * [1, 0.5, 2]
+        par = {"mu": rng.uniform(0, 0.3), "e_N": rng.uniform()}
+        step = pretended(compiled, 0.0, q, v, **par)
+        verdict = examine(compiled, step)
+        if verdict.text.startswith("not examined"):
+            continue
+        assert verdict.text == "solution found"
+        assert verdict.x is not None
+        there = take_again(compiled, step)
+        assert there["status"] == "OK"
+        np.testing.assert_allclose(verdict.x[-3:], there["v"], rtol=1e-8, atol=1e-9)
+        closed += bool(np.any(np.array(there["P"][:4]) > 0))
+    assert closed > 8
+
+
+def test_no_solution_is_proven_and_reported(stepper: Build, tmp_path: Path) -> None:
+    """A wedge that friction locks cannot rebound as e_N asks: the step fails and says so."""
+    compiled = stepper(v_groove.model, 2)
+    start = {"q0": [0, 0.1, 0], "v0": [0, -1, 0]}
+    with pytest.raises(sg.StepError, match="NOT_CONVERGED") as caught:
+        compiled.simulate(t_end=0.1, dt=1e-2, parameters=LOCKED, **start)
+    assert len(caught.value.trajectory) == 1
+    step = caught.value.step
+    assert examine(compiled, step).proven
+    # with e_F = e_N all velocities may be reversed, whatever the friction
+    again = compiled.simulate(t_end=0.1, dt=1e-2, parameters=LOCKED | {"e_F": 0.5}, **start)
+    np.testing.assert_allclose(again.v[1], [0, 0.5, 0], atol=0.2)
+    path = step.save(tmp_path / "step.json")
+    assert FailedStep.load(path) == step
+    assert take_again(compiled, FailedStep.load(path))["status"] == "NOT_CONVERGED"
+
+
+# --- replay files ---------------------------------------------------------------------------------
+
+
+def test_replay_repeats_a_step_to_the_last_bit(stepper: Build, tmp_path: Path) -> None:
+    compiled = stepper(box.model, 3)
+    run = Run(compiled, compiled.parameters, {}, *compiled.initial_state(), 1e-2, 60, 1, False)
+    run._chunk(np.zeros((60, 0)), 0, 40)
+    path = run._failed("NOT_CONVERGED", []).save(tmp_path / "step.json")
+    run._chunk(np.zeros((60, 0)), 40, 1)
+    there = take_again(compiled, FailedStep.load(path))
+    assert there["q"] == list(run.state.q) and there["v"] == list(run.state.v)
+    assert there["t"] == run.state.t and there["P"] == list(run.info.P)
+
+
+def test_bad_replay_files_are_named(stepper: Build, tmp_path: Path) -> None:
+    compiled = stepper(box.model, 3)
+    step = pretended(compiled, 0.0, np.array([0, 0.5, 0]), np.zeros(3))
+    path = step.save(tmp_path / "step.json")
+    data = json.loads(path.read_text())
+    wrong: tuple[tuple[str, dict[str, object] | str, str], ...] = (
+        ("no JSON", "{", "is no file of a failed step"),
+        ("other format", data | {"format": 7}, "that this version reads"),
+        ("a list", "[]", "that this version reads"),
+        ("missing", {k: v for k, v in data.items() if k != "h"}, "fields are missing"),
+        ("unknown", data | {"extra": 1}, "unknown"),
+    )
+    for name, content, text in wrong:
+        path.write_text(content if isinstance(content, str) else json.dumps(content))
+        with pytest.raises(sg.RunError, match=text):
+            FailedStep.load(path)
+            pytest.fail(name)
+    with pytest.raises(sg.RunError, match="no file"):
+        FailedStep.load(tmp_path / "nothing.json")
+    with pytest.raises(sg.RunError, match="stages 2"):
+        take_again(compiled, replace(step, stages=2))
+    for state in ({}, step.state | {"q": ["a", 1, 2]}, step.state | {"q": [0.0] * 4}):
+        with pytest.raises(sg.RunError, match="damaged"):
+            take_again(compiled, replace(step, state=state))
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def test_command(tmp_path: Path) -> None:
+    result = command(
+        "--scenes", "ties", "grazing", "--runs", "1", "--stages", "2", "--out", "found",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stdout + result.stderr
+    rows = json.loads((tmp_path / "found" / "stress.json").read_text())["rows"]
+    assert [r["scene"] for r in rows] == ["ties", "grazing"]
+    assert all(r["steps"] > 100 and not r["failures"] for r in rows)
+    table = (tmp_path / "found" / "stress.md").read_text()
+    assert "| ties | 2 |" in table and "| all |" in table
+
+
+def test_command_errors(tmp_path: Path, stepper: Build) -> None:
+    for arguments, text in (
+        (("--scenes", "tie"), "there is no scene 'tie'"),
+        (("--runs", "0"), "--runs 0"),
+        (("--workers", "0"), "--workers 0"),
+        (("--replay", "none.json"), "there is no file"),
+        (("--scenes", "ties", "--stages", "1"), "at least 2"),
+    ):
+        result = command(*arguments, cwd=tmp_path)
+        assert result.returncode == 1
+        assert text in " ".join(result.stderr.split())
+        assert "Traceback" not in result.stderr
+
+
+def test_command_replays(tmp_path: Path, stepper: Build) -> None:
+    compiled = stepper(v_groove.model, 2)
+    step = pretended(compiled, 0.0, np.array([0, 0.1, 0]), np.array([0, -1.0, 0]), **LOCKED)
+    about = {"scene": "wedge_locked", "seed": 1, "run": 0, "step": 1}
+    replace(step, about=about).save(tmp_path / "step.json")
+    result = command("--replay", "step.json", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "now: NOT_CONVERGED" in result.stdout
+    assert "no solution" in result.stdout
