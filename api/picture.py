@@ -67,6 +67,13 @@ def draw(
     # the way of every shape's middle
     for places in shapes:
         axis.plot(*places.mean(axis=1).T, c="0.75", lw=0.6, zorder=0)
+    # what lies in a plane or on a line still gets a readable axis
+    everything = np.concatenate([places.reshape(-1, places.shape[2]) for places in shapes])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    least = 0.1 * max(float((high - low).max()), 1e-12)
+    for name, a, b in zip("xyz", low, high, strict=False):
+        if b - a < least:
+            getattr(axis, f"set_{name}lim")((a + b - least) / 2, (a + b + least) / 2)
     axis.set_aspect("equal")
     axis.set_xlabel("x [m]")
     axis.set_ylabel("y [m]")

@@ -20,7 +20,7 @@ def model(beads: int = 5) -> sg.Model:
         grav=sg.par(9.81, unit="m/s^2", doc="gravity"),
         mu=sg.par(0.4, min=0, doc="friction coefficient"),
         e_N=sg.par(0.0, min=0, max=1, doc="restitution"),
-        x=sg.par(0.0, doc="how far the chain leans at the start, per length"),
+        x=sg.par(0.3, doc="how far the chain leans at the start, per length"),
     )
     world = Planar(m, gravity=(0, -grav))
     points = [world.particle(f"b{k}", mass) for k in range(beads)]
