@@ -15,7 +15,7 @@ from signorini.runtime.replay import FailedStep
 from signorini.runtime.stepper import Stepper
 
 OPEN, STICK, FORTH, BACK = range(4)
-_MOST = 70_000  # combinations of one problem: four contacts at two stages, two at four
+_MOST = 300_000  # combinations of one problem: four contacts at two stages, three at three
 _CHUNK = 4096  # combinations solved at once
 _LOOSE = 1e-2  # violation that the linearised equations may show
 _TIGHT = 1e-8

@@ -18,6 +18,7 @@ class Mutant(NamedTuple):
 
 D, L, G, P = "codegen/derive.py", "codegen/lobatto.py", "codegen/graph.py", "codegen/cprint.py"
 T, C, S = "codegen/tableau.py", "codegen/sympy_to_casadi.py", "codegen/spec.py"
+PATH = "runtime/c/sg_path.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
 STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
@@ -119,4 +120,17 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("planar turn with the wrong sign", "bodies/frames.py", "return (-omega * vector[1], omega * vector[0])", "return (omega * vector[1], -omega * vector[0])"),
     Mutant("support point of the ellipsoid outside", "bodies/shapes.py", "reach = scale(-1 / height", "reach = scale(1 / height"),
     Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),
+    # paths and other rescues
+    Mutant("friction along the slip on a path", PATH, "lambda[f + d] = -w->mu[k] * w->slip[f + d] *", "lambda[f + d] = w->mu[k] * w->slip[f + d] *"),
+    Mutant("folds of a path ignored", PATH, "way = sg_path_way(w, &event);", "way = SG_C(-1.0);"),
+    Mutant("a path leaves the cone on its far side", PATH, "return first < second ? first : second;", "return first < second ? second : first;"),
+    Mutant("a path ends before tau is zero", PATH, "arrived = way < SG_C(0.0) && next.at >= tau;", "arrived = way < SG_C(0.0);"),
+    Mutant("contacts never close on a path", PATH, "what[0] = SG_CLOSES;", "what[0] = SG_OPENS;"),
+    Mutant("left-out contacts keep their percussion", SOLVE, "if (!sg_joins(w, pr, k)) {", "if (0) {"),
+    Mutant("iterations not bounded", SOLVE, "return left < wish ? left : wish;", "return wish + 0 * left;"),
+    Mutant("no path is followed", SOLVE, "if (sg_path(w, par, problem, turn)) {", "if (0 && sg_path(w, par, problem, turn)) {"),
+    Mutant("the judge looks at normal percussions only", "stress/judge.py", "outside = np.maximum(size - radius, 0) / force", "outside = 0 * np.maximum(size - radius, 0) / force"),
+    Mutant("the judge takes any sign of friction", "stress/judge.py", 'np.einsum("ij,ij->i", P, slip)', '-np.abs(np.einsum("ij,ij->i", P, slip))'),
+    Mutant("enumeration without slip to one side", "stress/enumeration.py", "(OPEN, STICK, FORTH, BACK)\n            if", "(OPEN, STICK, FORTH)\n            if"),
+    Mutant("enumeration takes friction along the slip", "stress/enumeration.py", "{OPEN: 0.0, FORTH: 1.0, BACK: -1.0}", "{OPEN: 0.0, FORTH: -1.0, BACK: 1.0}"),
 )  # fmt: skip

@@ -40,6 +40,12 @@ CATCHERS = (
         "tests/test_bodies.py tests/test_commands_for_models.py",
         "kinematics or magnitude or springs",
     ),
+    (
+        "stress",
+        "tests/test_stress.py",
+        "painleve or groove or chain or judge or enumeration or drop",
+    ),
+    ("hostile input", "tests/test_hostile.py", "fuzz and not minutes"),
     ("runs", "tests/test_runs.py", "not neither"),
     ("check", "tests/test_check.py", "models_pass and (mixed or sticking)"),
     (

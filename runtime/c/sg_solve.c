@@ -129,7 +129,9 @@ static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * op
                     int problem, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    const int last = info->iterations + sg_budget(info, end, SG_RAISING);
+    /* in space the direction of slip turns on the way */
+    const int spatial = SG_NF > SG_NK;
+    const int last = info->iterations + sg_budget(info, end, (1 + spatial) * SG_RAISING);
     int status = SG_K(NOT_CONVERGED);
     real reached = SG_C(-1.0); /* the largest factor solved so far */
     real step = SG_C(1.0);
