@@ -49,7 +49,8 @@ class Edge:
     """An edge between two points of one frame; going along it, the free side is on the left.
 
     `depth` is how far behind the edge, `beyond` how far beyond its ends a corner still counts as
-    touching it [m].
+    touching it [m]. Keep `depth` small: a corner that comes around the end of the edge and lies
+    behind it is pushed out within one step, whatever energy that takes.
     """
 
     start: Point

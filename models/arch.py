@@ -46,11 +46,12 @@ def model(blocks: int = 5) -> sg.Model:
             for a in (-half, half)
         )
         m.shape([p.position for p in (*lower, *reversed(upper))], closed=True)
-        edge = Edge(springing[0], springing[1], thick, thick / 4)
+        # Shallow: a corner that comes from the side is not pushed out through the joint.
+        edge = Edge(springing[0], springing[1], thick / 50, thick / 4)
         for name, corner in zip(("i", "o"), lower, strict=True):
             world.contact(f"j{k}_{name}", corner, edge, mu=mu)
         springing = upper
-    edge = Edge(world.ground.point(-outer, 0), world.ground.point(-inner, 0), thick, thick / 4)
+    edge = Edge(world.ground.point(-outer, 0), world.ground.point(-inner, 0), thick / 50, thick / 4)
     for name, corner in zip(("i", "o"), springing, strict=True):
         world.contact(f"j{blocks}_{name}", corner, edge, mu=mu)
     m.initial_state(q=start)

@@ -34,8 +34,9 @@ def model(count: int = 3) -> sg.Model:
         for i, corner in enumerate(corners):
             world.contact(f"floor{k}_{i}", corner, world.plane(), mu=mu, e_N=e_N)
         if before is not None:
-            left = Edge(corners[3], corners[0], w / 2)
-            right = Edge(before[1], before[2], w / 2)
+            # shallow: a corner that comes from above is not pushed out sideways
+            left = Edge(corners[3], corners[0], w / 20)
+            right = Edge(before[1], before[2], w / 20)
             world.contact(f"push{k}", before[1], left, mu=mu, e_N=e_N)
             world.contact(f"over{k}", corners[0], right, mu=mu, e_N=e_N)
             world.contact(f"foot{k}", corners[3], right, mu=mu, e_N=e_N)
