@@ -62,6 +62,9 @@ def test_runs_that_once_stopped(scene: str, stages: int, number: int) -> None:
     result = run_case(scene, stages, SEED, number)
     assert not result.failures
     assert result.steps == SCENES[scene].steps
+    if scene == "chain":
+        # their failure was a percussion left over where a string had gone slack: halving hid it
+        assert result.substepped == 0
 
 
 def test_starts_do_not_depend_on_anything_else() -> None:
