@@ -43,7 +43,7 @@ CATCHERS = (
     (
         "stress",
         "tests/test_stress.py",
-        "painleve or groove or chain or judge or enumeration or drop",
+        "painleve or groove or chain or judge or enumeration or drop or proven",
     ),
     ("hostile input", "tests/test_hostile.py", "fuzz and not minutes"),
     ("runs", "tests/test_runs.py", "not neither"),

@@ -144,6 +144,18 @@ def test_judge_sees_what_is_wrong(dropped: Trajectory) -> None:
     assert judge(spoil(dropped, "P", left_out), 1e-2, True).lost > 0
 
 
+def test_judge_sees_friction_outside_its_ball(dropped: Trajectory) -> None:
+    """Where a contact sticks nothing but its size is wrong with too large a friction."""
+    n_N = dropped.P_N.shape[1]
+    sticks = (dropped.P_N[1:] > 1e-3) & (np.abs(dropped.gamma_F[1:]) < 1e-12)
+    step, contact = np.argwhere(sticks)[0]
+
+    def larger(P: np.ndarray) -> None:
+        P[step + 1, n_N + contact] = 0.5 * P[step + 1, contact]
+
+    assert judge(spoil(dropped, "P", larger), 1e-2, True).cone > 1e-4
+
+
 def test_judge_sees_a_contact_that_sinks(dropped: Trajectory) -> None:
     def down(v: np.ndarray) -> None:
         v[-4:, 1] = -0.1
@@ -200,6 +212,13 @@ def test_no_solution_is_proven_and_reported(stepper: Build, tmp_path: Path) -> N
     # with e_F = e_N all velocities may be reversed, whatever the friction
     again = compiled.simulate(t_end=0.1, dt=1e-2, parameters=LOCKED | {"e_F": 0.5}, **start)
     np.testing.assert_allclose(again.v[1], [0, 0.5, 0], atol=0.2)
+    # what cannot be solved costs what was allowed and no more
+    for most in (1, 7, 30, 90, 200):
+        for halvings in (0, 4):
+            options = {"max_iterations": most, "max_halvings": halvings}
+            there = take_again(compiled, replace(step, options=options))
+            assert there["status"] == "NOT_CONVERGED"
+            assert 0 < there["iterations"] <= most
     path = step.save(tmp_path / "step.json")
     assert FailedStep.load(path) == step
     assert take_again(compiled, FailedStep.load(path))["status"] == "NOT_CONVERGED"
