@@ -323,6 +323,9 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
                     }
                     what[1] = SG_SLIPS;
                     when[1] = sg_path_cone(a, b, c, was == SG_STICKS);
+                    if (was == SG_STICKS && !(radius > SG_C(0.0)) && a < SG_C(0.0)) {
+                        when[1] = SG_C(0.0); /* from the apex friction would leave the cone */
+                    }
                 }
             }
             for (d = 0; d < 2; ++d) {
@@ -338,7 +341,7 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
 }
 
 /* Carry out a change of state. */
-static void sg_path_change(SG(work) * w, const sg_event *event) {
+static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
     const sg_contact *contact = &sg_contacts[event->contact];
     const int base = event->slot * SG_NC;
     const int f = base + SG_SLIP + contact->friction;
@@ -357,6 +360,12 @@ static void sg_path_change(SG(work) * w, const sg_event *event) {
                                                     : SG_ROW_SLIP;
     }
     size = contact->components > 0 ? sg_norm(contact->components, direction) : SG_C(0.0);
+    if (event->what == SG_SLIPS && !(size > SG_C(0.0))) {
+        for (d = 0; d < contact->components; ++d) {
+            direction[d] = -way * w->lambda_best[f + d];
+        }
+        size = sg_norm(contact->components, direction);
+    }
     known = contact->components == 2 && (w->slip[f] != SG_C(0.0) || w->slip[f + 1] != SG_C(0.0));
     for (d = 0; d < contact->components; ++d) {
         if ((event->what == SG_CLOSES && !known) || event->what == SG_SLIPS) {
@@ -383,6 +392,10 @@ static real sg_path_way(const SG(work) * w, const sg_event *last) {
         }
     } else {
         sg_path_radius(w, last->slot, last->contact, &radius, &rate);
+        if (!(radius > SG_C(0.0)) && contact->normal >= 0) {
+            /* closed without any slip: still at the apex of its cone */
+            return rate > SG_C(0.0) ? SG_C(1.0) : rate < SG_C(0.0) ? SG_C(-1.0) : SG_C(0.0);
+        }
         rate *= radius;
         for (d = 0; d < contact->components; ++d) {
             rate -= w->dlambda[f + d] * w->lambda_best[f + d];
@@ -442,7 +455,7 @@ static int sg_path(SG(work) * w, const SG(params) * par, int problem, int turn) 
             }
             return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, lambda);
         }
-        sg_path_change(w, &next);
+        sg_path_change(w, &next, way);
         if (next.what == SG_OPENS) {
             const int base = next.slot * SG_NC;
             const sg_contact *contact = &sg_contacts[next.contact];
