@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from signorini.codegen.errors import GenerationError, ModelError
     from signorini.codegen.model import Model
     from signorini.codegen.symbols import par, smooth
+    from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
     from signorini.runtime.library import load
@@ -36,6 +37,7 @@ _HOMES = {
     "Stepper": "signorini.runtime.stepper",
     "Trajectory": "signorini.runtime.trajectory",
     "RunError": "signorini.runtime.errors",
+    "Batch": "signorini.runtime.batch",
     "StepError": "signorini.runtime.errors",
     "InconsistentStartError": "signorini.runtime.errors",
     "CompilerError": "signorini.runtime.compile",
@@ -48,6 +50,7 @@ __all__ = [
     "ModelError",
     "Report",
     "RunError",
+    "Batch",
     "StepError",
     "Stepper",
     "Trajectory",

@@ -57,7 +57,11 @@ def build(
     CompilerError
         If there is no C compiler or it fails.
     """
-    files = _render(model, stages, scheme, velocity_constraints, prefix, precision)
+    return build_files(_render(model, stages, scheme, velocity_constraints, prefix, precision))
+
+
+def build_files(files: dict[str, str]) -> Stepper:
+    """Write the files of a generated folder into the cache, compile and load them."""
     folder = cache_folder(files)
     if not (folder / "manifest.json").is_file():
         try:

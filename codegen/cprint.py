@@ -13,11 +13,12 @@ _IDENTIFIER = re.compile(r"[A-Za-z_]\w*\Z")
 
 @dataclass(frozen=True)
 class Precision:
-    """The real type: name, literal suffix, libm suffix."""
+    """The real type: name, literal suffix, libm suffix, bytes."""
 
     name: str
     literal: str
     libm: str
+    size: int
 
     def number(self, value: float) -> str:
         """Shortest literal that reads back as `value` (for float: as the nearest float)."""
@@ -34,8 +35,8 @@ class Precision:
         return text + self.literal
 
 
-DOUBLE = Precision("double", "", "")
-FLOAT = Precision("float", "F", "f")
+DOUBLE = Precision("double", "", "", 8)
+FLOAT = Precision("float", "F", "f", 4)
 PRECISIONS = {"double": DOUBLE, "float": FLOAT}
 
 

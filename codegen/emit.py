@@ -18,6 +18,7 @@ TEMPLATES = {
     "{prefix}.c": "stepper.c.jinja",
     "example.c": "example.c.jinja",
     "Makefile": "Makefile.jinja",
+    "CMakeLists.txt": "CMakeLists.txt.jinja",
     "README.md": "README.md.jinja",
 }
 RUNTIME_BEGIN = "/* ==== runtime, the same for every model ==== begin ==== */"

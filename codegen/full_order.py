@@ -3,7 +3,17 @@
 import casadi as ca
 from signorini.codegen.derive import Derivation
 from signorini.codegen.lobatto import Lobatto, blocks, stage_time
-from signorini.codegen.scheme import Assembly, Call, Point, Problem, Scheme, column, dense, matrix
+from signorini.codegen.scheme import (
+    Assembly,
+    Call,
+    Jacobian,
+    Point,
+    Problem,
+    Scheme,
+    column,
+    dense,
+    jacobian,
+)
 
 
 def full_order_scheme(d: Derivation, stages: int) -> Scheme:
@@ -120,7 +130,8 @@ class _FullOrder(Lobatto):
             False,
             ((1.0, 1.0),),
             (self.opening_values(),),
-            (self.opening_derivatives(),),
+            (),
+            self.opening_derivatives(),
             opening=True,
         )
         whole = Problem(
@@ -141,8 +152,8 @@ class _FullOrder(Lobatto):
             (
                 *self.stage_calls(self.stage_jacobian),
                 *self.auxiliary_calls(self.auxiliary_jacobian),
-                self.whole_derivatives(),
             ),
+            self.whole_derivatives(),
             last_rows=self.n_g,
         )
         return Scheme(
@@ -163,6 +174,7 @@ class _FullOrder(Lobatto):
                 ("opening", "opening", 0),
                 ("forces", "forces", 0),
             ),
+            inertia=paper.inertia,
             start=(
                 *paper.start,
                 Call("forces", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->forces"),
@@ -193,16 +205,17 @@ class _FullOrder(Lobatto):
             ),
         )
 
-    def opening_derivatives(self) -> Assembly:
+    def opening_derivatives(self) -> Jacobian:
         M = self.end_jacobian.at("w->start_jacobian", "p_v")
         W = self._start_directions()
-        return Assembly(
+        return jacobian(
             "opening_derivatives",
-            (
-                matrix("w->A", M, "A = M"),
-                matrix("w->B", -W, "B = -W, column by column", "column"),
-                matrix("w->C", W.T, "C = W^T"),
-            ),
+            M,
+            -W,
+            W.T,
+            ca.SX(0, self.n),
+            tuple(range(self.n_b)),
+            ("K = [M, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
         )
 
     def whole_values(self) -> Assembly:
@@ -229,7 +242,7 @@ class _FullOrder(Lobatto):
             ),
         )
 
-    def whole_derivatives(self) -> Assembly:
+    def whole_derivatives(self) -> Jacobian:
         s, n, n_g, n_gamma = self.s, self.n, self.n_g, self.n_gamma
         none = ca.SX(n, n)
         A = [[self._A_block(i, k) for k in range(s)] + [none] * (s - 1) for i in range(s)]
@@ -269,13 +282,17 @@ class _FullOrder(Lobatto):
         last = [self.aux(s - 1, "g_dot_v") if k == s - 1 else ca.SX(n_g, n) for k in range(1, s)]
         C.append([*(ca.sparsify(x) for x in end), *last])
         C.append([ca.SX(n_gamma, n)] * (2 * s - 1))
-        return Assembly(
+        return jacobian(
             "whole_derivatives",
+            blocks(A),
+            blocks(B),
+            blocks(C),
+            ca.SX(0, (2 * s - 1) * n),
             (
-                matrix("w->A", blocks(A), "A = dr/d(V, U)"),
-                matrix("w->B", blocks(B), "B = dr/dR, column by column", "column"),
-                matrix("w->C", blocks(C), "C = dy/d(V, U)"),
+                *(i * self.n_R + c for i in range(s - 1) for c in range(self.n_b)),
+                *((s - 1) * self.n_R + c for c in range(n_g)),
             ),
+            ("K = [dr/d(V, U), B; C, 0]", "B = dr/dR, column by column", "C = dy/d(V, U)", ""),
         )
 
     def finish(self) -> Assembly:

@@ -6,13 +6,15 @@ from signorini.codegen.derive import Derivation
 from signorini.codegen.scheme import (
     Assembly,
     Call,
+    Jacobian,
     Point,
     Problem,
     Scheme,
     Target,
     column,
     dense,
-    matrix,
+    inertia,
+    jacobian,
     restitution,
 )
 from signorini.codegen.tableau import lobatto
@@ -48,7 +50,8 @@ class Lobatto:
         self.tableau = lobatto(s)
         data = d.data
         self.n = data.n_q
-        self.n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
+        self.n_b = data.n_g + data.n_gamma
+        self.n_R = self.n_b + data.n_N + data.n_F
         self.stage = Point(
             "stage",
             ("t", "q", "v", "u", "par", "h", "R"),
@@ -89,6 +92,11 @@ class Lobatto:
         self.x = column("w->x", s * self.n)
         self.v_end = column("w->x", self.n, s * self.n)
         self.p_n = self.end.at("w->start", "p")
+        self.inertia = inertia(
+            self.end_jacobian.at("w->start_jacobian", "p_v"),
+            ca.horzcat(*(self.end.at("w->start", name) for name in _DIRECTIONS)),
+            ("M = dp/dv at t_n", "W^T at t_n, row by row"),
+        )
 
     # --- helpers ---------------------------------------------------------------------------------
 
@@ -155,7 +163,8 @@ class Lobatto:
             False,
             response,
             (self.stage_points(), *self.stage_calls(self.stage), self.position_values()),
-            (*self.stage_calls(self.stage_jacobian), self.position_derivatives()),
+            self.stage_calls(self.stage_jacobian),
+            self.position_derivatives(),
         )
         velocity = Problem(
             "velocity",
@@ -166,7 +175,8 @@ class Lobatto:
             True,
             ((1.0, 1.0),),
             (self.end_call(self.end), self.velocity_values()),
-            (self.end_call(self.end_jacobian), self.velocity_derivatives()),
+            (self.end_call(self.end_jacobian),),
+            self.velocity_derivatives(),
         )
         at_start = ("w->t", "w->q", "w->v", "par")
         start = (
@@ -189,6 +199,7 @@ class Lobatto:
                 ("end_jacobian", "end_jacobian", 0),
                 ("opening", "opening", 0),
             ),
+            inertia=self.inertia,
             start=start,
             problems=(position, velocity),
             finish=self.finish(),
@@ -197,17 +208,13 @@ class Lobatto:
         )
 
     def start_assembly(self) -> Assembly:
-        o, e = "w->opening", "w->start"
-        W = ca.horzcat(*(self.end.at(e, name) for name in _DIRECTIONS))
+        o = "w->opening"
         chi = [self.opening.at(o, name) for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
         opening = {name: self.opening.at(o, name) for name in self.opening.fields}
         return Assembly(
             "start_assembly",
             (
-                matrix(
-                    "w->mass", self.end_jacobian.at("w->start_jacobian", "p_v"), "M = dp/dv at t_n"
-                ),
-                matrix("w->direction", W.T, "W^T at t_n, row by row"),
+                *self.inertia.targets,
                 dense("w->drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
                 dense("w->force_size", opening["force_size"], "size of dL/dq and f at t_n"),
                 dense("w->p", self.p_n, "p(t_n, q_n, v_n)"),
@@ -262,7 +269,7 @@ class Lobatto:
         value = self.h * self.a(j, k) * self.at(j, "F_q")
         return value + self.at(j, "F_v") if j == k else value
 
-    def position_derivatives(self) -> Assembly:
+    def position_derivatives(self) -> Jacobian:
         s, n = self.s, self.n
         A = [[self._A_block(i, k) for k in range(s)] for i in range(s)]
         W = [
@@ -279,19 +286,15 @@ class Lobatto:
         for i in range(1, s):
             C.append([self._kinematic_block(i, k) for k in range(s)])
             C_radius.append([self.h * self.a(i - 1, k) * self.at(i - 1, "rho_q") for k in range(s)])
-        n_b = self.d["rho"].numel()
-        return Assembly(
+        n_bounds = self.d["rho"].numel()
+        return jacobian(
             "position_derivatives",
-            (
-                matrix("w->A", blocks(A), "A = dr/dV"),
-                matrix("w->B", blocks(B), "B = dr/dR, column by column", "column"),
-                matrix("w->C", blocks(C), "C = dy/dV"),
-                matrix(
-                    "w->C_radius",
-                    blocks(C_radius) if n_b else ca.SX(0, s * n),
-                    "d(radius)/dV",
-                ),
-            ),
+            blocks(A),
+            blocks(B),
+            blocks(C),
+            blocks(C_radius) if n_bounds else ca.SX(0, s * n),
+            tuple(i * self.n_R + c for i in range(s - 1) for c in range(self.n_b)),
+            ("K = [dr/dV, B; C, 0]", "B = dr/dR, column by column", "C = dy/dV", "d(radius)/dV"),
         )
 
     def _A_block(self, i: int, k: int) -> ca.SX:
@@ -354,19 +357,17 @@ class Lobatto:
             self.opening.at("w->opening", "e_F"),
         )
 
-    def velocity_derivatives(self) -> Assembly:
+    def velocity_derivatives(self) -> Jacobian:
         W = ca.horzcat(*(self.end.at("w->end", name) for name in _DIRECTIONS))
-        n_b = self.d["rho"].numel()
-        return Assembly(
+        n_bounds = self.d["rho"].numel()
+        return jacobian(
             "velocity_derivatives",
-            (
-                matrix(
-                    "w->A", self.end_jacobian.at("w->end_jacobian", "p_v"), "A = dp_{n+1}/dv_{n+1}"
-                ),
-                matrix("w->B", -W, "B = -W, column by column", "column"),
-                matrix("w->C", W.T, "C = W^T"),
-                matrix("w->C_radius", ca.SX(n_b, self.n), "the radii are given"),
-            ),
+            self.end_jacobian.at("w->end_jacobian", "p_v"),
+            -W,
+            W.T,
+            ca.SX(n_bounds, self.n),
+            tuple(range(self.n_b)),
+            ("K = [dp_{n+1}/dv_{n+1}, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
         )
 
     def finish(self) -> Assembly:

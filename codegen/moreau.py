@@ -12,7 +12,8 @@ from signorini.codegen.scheme import (
     Target,
     column,
     dense,
-    matrix,
+    inertia,
+    jacobian,
     restitution,
 )
 
@@ -102,20 +103,22 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
                 ),
             ),
         ),
-        (
-            Call("end_jacobian", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian"),
-            Assembly(
-                "velocity_derivatives",
-                (
-                    matrix("w->A", end_jacobian.at("w->end_jacobian", "p_v"), "A = dp/dv_{n+1}"),
-                    matrix("w->B", -W, "B = -W, column by column", "column"),
-                    matrix("w->C", W.T, "C = W^T"),
-                    matrix("w->C_radius", ca.SX(d["rho"].numel(), n), "the radii are given"),
-                ),
-            ),
+        (Call("end_jacobian", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian"),),
+        jacobian(
+            "velocity_derivatives",
+            end_jacobian.at("w->end_jacobian", "p_v"),
+            -W,
+            W.T,
+            ca.SX(d["rho"].numel(), n),
+            tuple(range(data.n_g + data.n_gamma)),
+            ("K = [dp/dv_{n+1}, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
         ),
     )
-    directions = ca.horzcat(*(begin[name] for name in _DIRECTIONS))
+    masses = inertia(
+        end_jacobian.at("w->start_jacobian", "p_v"),
+        ca.horzcat(*(begin[name] for name in _DIRECTIONS)),
+        ("M at (t_m, q_m)", "W^T at (t_m, q_m), row by row"),
+    )
     drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
     start = (
         Assembly("middle", (dense("w->Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
@@ -125,12 +128,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         Assembly(
             "start_assembly",
             (
-                matrix(
-                    "w->mass",
-                    end_jacobian.at("w->start_jacobian", "p_v"),
-                    "M at (t_m, q_m)",
-                ),
-                matrix("w->direction", directions.T, "W^T at (t_m, q_m), row by row"),
+                *masses.targets,
                 dense("w->drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
                 dense("w->force_size", known["force_size"], "size of the forces"),
                 dense("w->p", begin["p"], "p(t_m, q_m, v_n)"),
@@ -154,6 +152,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             ("end_jacobian", "end_jacobian", 0),
             ("opening", "opening", 0),
         ),
+        inertia=masses,
         start=start,
         problems=(problem,),
         finish=Assembly(

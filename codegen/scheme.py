@@ -10,6 +10,17 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 from signorini.codegen.derive import Derivation
+from signorini.codegen.sparsity import (
+    Pattern,
+    compress,
+    elimination_order,
+    factor_pattern,
+    inverse,
+    rows_of,
+)
+
+# Products up to which the mobilities W^T M^-1 W are written as straight-line code.
+_UNROLLED_MOBILITY = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +76,43 @@ class Assembly:
     targets: tuple[Target, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class Jacobian:
+    """Derivatives of one problem: how they are stored and how they are computed.
+
+    Attributes
+    ----------
+    order : tuple of int
+        Elimination order of K: the velocities, then n_x + k for the bilateral percussions k.
+    K, B, C, radius : Pattern
+        Factors of K = [dr/dx, dr/dlambda; dy/dx, 0] with the bilateral percussions and rows;
+        columns of B = dr/dlambda, rows of C = dy/dx and of d(radius)/dx for all of them.
+    assembly : Assembly
+        Their entries.
+    """
+
+    order: tuple[int, ...]
+    K: Pattern
+    B: Pattern
+    C: Pattern
+    radius: Pattern
+    assembly: "Assembly"
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia:
+    """Mass matrix and directions of a step: elimination order, patterns, entries.
+
+    `mobility` tells whether w->mass_pivot and w->mobility are among the targets.
+    """
+
+    order: tuple[int, ...]
+    mass: Pattern
+    direction: Pattern
+    mobility: bool
+    targets: tuple["Target", ...]
+
+
 @dataclass(frozen=True)
 class Call:
     """One evaluation of a point: arguments as C text, and where the result goes."""
@@ -90,8 +138,12 @@ class Problem:
         Only contacts that the previous problem left closed take part.
     response : tuple of (mpf, mpf)
         For every slot the response of gap / h and of slip velocity to the own percussion.
-    values, derivatives : tuple of Call or Assembly
-        How r, y, radius and A, B, C, C_radius are computed.
+    values : tuple of Call or Assembly
+        How r, y and radius are computed.
+    derivatives : tuple of Call or Assembly
+        What is evaluated before `jacobian`.
+    jacobian : Jacobian
+        K, B, C and the derivatives of the radii.
     last_rows : int, optional
         How many bilateral rows the last slot has, by default all.
     opening : bool
@@ -107,6 +159,7 @@ class Problem:
     response: tuple[tuple[float, float], ...]
     values: tuple[Call | Assembly, ...]
     derivatives: tuple[Call | Assembly, ...]
+    jacobian: Jacobian
     last_rows: int | None = None
     opening: bool = False
 
@@ -124,6 +177,7 @@ class Scheme:
     stages: int
     points: tuple[Point, ...]
     places: tuple[tuple[str, str, int], ...]
+    inertia: Inertia
     start: tuple[Call | Assembly, ...]
     problems: tuple[Problem, ...]
     finish: Assembly
@@ -144,15 +198,114 @@ def dense(array: str, value: ca.SX, equation: str) -> Target:
     return Target(array, full.numel(), entries, False, equation)
 
 
-def matrix(array: str, value: ca.SX, equation: str, order: str = "row") -> Target:
-    """A matrix of which only the structural nonzeros are assigned, the rest filled with zero."""
-    rows, columns = value.shape
-    entries = []
-    sparsity = value.sparsity()
-    for k, (i, j) in enumerate(zip(sparsity.row(), sparsity.get_col(), strict=True)):
-        index = i * columns + j if order == "row" else j * rows + i
-        entries.append((index, value.nz[k]))
-    return Target(array, rows * columns, tuple(sorted(entries, key=lambda e: e[0])), True, equation)
+def compressed(
+    array: str,
+    value: ca.SX,
+    pattern: Pattern,
+    rows: tuple[int, ...],
+    columns: tuple[int, ...],
+    equation: str,
+) -> Target:
+    """A sparse matrix, entry by entry as `pattern` stores them; entries of fill are zero."""
+    entries = tuple(compress(value, pattern, rows, columns))
+    return Target(array, pattern.size, entries, True, equation)
+
+
+def jacobian(
+    name: str,
+    A: ca.SX,
+    B: ca.SX,
+    C: ca.SX,
+    radius: ca.SX,
+    bilateral: tuple[int, ...],
+    equations: tuple[str, str, str, str],
+) -> Jacobian:
+    """Tables and assembly of the derivatives A = dr/dx, B = dr/dlambda, C = dy/dx, d(radius)/dx.
+
+    Parameters
+    ----------
+    bilateral : tuple of int
+        Percussions of bilateral constraints that take part.
+    equations : tuple of str
+        Headings of the four blocks.
+    """
+    n_x = A.shape[0]
+    chosen = list(bilateral)
+    K = ca.blockcat([[A, B[:, chosen]], [C[chosen, :], ca.SX(len(chosen), len(chosen))]])
+    order = elimination_order(K.sparsity(), n_x)
+    place = inverse(order)
+    n_rows = tuple(range(max(B.shape[1], C.shape[0], radius.shape[0])))
+    patterns = (
+        factor_pattern(K.sparsity(), order),
+        rows_of(B.T, place[:n_x]),
+        rows_of(C, place[:n_x]),
+        rows_of(radius, place[:n_x]),
+    )
+    targets = tuple(
+        compressed(array, value, pattern, rows, place, equation)
+        for array, value, pattern, rows, equation in zip(
+            ("w->K", "w->B", "w->C", "w->C_radius"),
+            (K, B.T, C, radius),
+            patterns,
+            (place, n_rows, n_rows, n_rows),
+            equations,
+            strict=True,
+        )
+    )
+    unknowns = tuple(k if k < n_x else n_x + chosen[k - n_x] for k in order)
+    return Jacobian(unknowns, *patterns, Assembly(name, targets))
+
+
+def inertia(M: ca.SX, W: ca.SX, equations: tuple[str, str]) -> Inertia:
+    """Tables and targets of the mass matrix and of the directions W^T at the start of a step."""
+    n, n_R = W.shape
+    order = elimination_order(M.sparsity(), n)
+    place = inverse(order)
+    mass = factor_pattern(M.sparsity(), order)
+    plain = tuple(range(max(n, n_R)))
+    direction = rows_of(W.T, plain[:n])
+    targets = [
+        compressed("w->mass", M, mass, place, place, equations[0]),
+        compressed("w->direction", W.T, direction, plain, plain, equations[1]),
+    ]
+    products = sum(len(row) ** 2 for row in mass.rows) + mass.size * n_R
+    if products <= _UNROLLED_MOBILITY:
+        pivots, mobility = _mobility(M, W, mass, order)
+        targets += [
+            dense("w->mass_pivot", pivots, "D of M = L D L^T, in elimination order"),
+            dense("w->mobility", mobility, "W^T M^-1 W, direction by direction"),
+        ]
+    return Inertia(order, mass, direction, products <= _UNROLLED_MOBILITY, tuple(targets))
+
+
+def _mobility(M: ca.SX, W: ca.SX, pattern: Pattern, order: tuple[int, ...]) -> tuple[ca.SX, ca.SX]:
+    """D of M = L D L^T and the diagonal of W^T M^-1 W."""
+    n, n_R = W.shape
+    M = M[list(order), list(order)]
+    W = W[list(order), :]
+    L: list[dict[int, ca.SX]] = []
+    D: list[ca.SX] = []
+    for i, row in enumerate(pattern.rows):
+        L.append({})
+        for j in (j for j in row if j <= i):
+            value = M[i, j] - sum(
+                (L[i][k] * D[k] * L[j][k] for k in L[j] if k in L[i]), start=ca.SX(0)
+            )
+            if j < i:
+                L[i][j] = value / D[j]
+            else:
+                D.append(value)
+    mobility = []
+    for c in range(n_R):
+        y: dict[int, ca.SX] = {}
+        total = ca.SX(0)
+        for i in range(n):
+            known = [j for j in L[i] if j in y]
+            if W.sparsity().has_nz(i, c) or known:
+                y[i] = W[i, c] - sum((L[i][j] * y[j] for j in known), start=ca.SX(0))
+                total += y[i] * y[i] / D[i]
+        mobility.append(total)
+    return ca.vertcat(*D), ca.vertcat(ca.SX(0, 1), *mobility)
 
 
 def slip_rows(d: Derivation) -> list[tuple[int, int, int]]:

@@ -11,22 +11,26 @@ from typing import Any
 from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
+from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.errors import GenerationError
+from signorini.codegen.footprint import Footprint, flash_bound, stack_bound, struct_sizes
 from signorini.codegen.full_order import full_order_scheme
 from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
 from signorini.codegen.moreau import moreau_scheme
-from signorini.codegen.scheme import Assembly, Call, Scheme
+from signorini.codegen.scheme import Assembly, Call, Inertia, Jacobian, Problem, Scheme
 from signorini.version import __version__
 
 SCHEMES = {"lobatto": lobatto_scheme, "moreau": moreau_scheme}
 RUNTIME_FILES = (
     "sg_real.h",
-    "sg_types.h",
     "sg_linalg.c",
+    "sg_sparse.c",
     "sg_prox.c",
+    "sg_types.h",
     "sg_scale.c",
+    "sg_smooth.c",
     "sg_newton.c",
     "sg_path.c",
     "sg_solve.c",
@@ -110,7 +114,12 @@ class ProblemSpec:
     last_rows: int
     opening: bool
     follows: bool
+    n_border: int
     response: tuple[tuple[str, str], ...]
+    tables: tuple[tuple[str, tuple[int, ...]], ...]
+    places: tuple[int, ...]
+    elimination: Elimination
+    unrolled: bool
     values: tuple[Step, ...]
     derivatives: tuple[Step, ...]
 
@@ -146,6 +155,10 @@ class EmitSpec:
     helpers: tuple[CFunction, ...]
     consistency: CFunction
     initial_state: CFunction
+    index_type: str
+    mobility: bool
+    tables: tuple[tuple[str, tuple[int, ...]], ...]
+    mass_places: tuple[int, ...]
     start: tuple[Step, ...]
     problems: tuple[ProblemSpec, ...]
     finish: CFunction
@@ -161,6 +174,39 @@ class EmitSpec:
     def carries(self) -> bool:
         """Whether the state carries constraint forces along."""
         return any(p.opening for p in self.problems)
+
+    @property
+    def footprint(self) -> Footprint:
+        """Memory and operations."""
+        real = self.precision.size
+        sizes = struct_sizes(self.structs, real)
+        written = (
+            *(*self.functions, *self.helpers),
+            *(self.finish, self.record, self.consistency, self.initial_state),
+        )
+        operations = {f.name: f.operations for f in self.helpers}
+
+        def count(steps: tuple[Step, ...]) -> int:
+            return sum(operations[step.function] for step in steps)
+
+        unrolled = [p.elimination for p in self.problems if p.unrolled]
+        lines = sum(len(section.lines) for f in written for section in f.sections)
+        lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
+        return Footprint(
+            **{name: sizes[name] for name in ("state", "work", "params", "options", "info")},
+            stack=stack_bound(
+                real, max(len(f.temporaries) + len(f.aliases) for f in written), lines
+            ),
+            flash=flash_bound(
+                lines,
+                sum(f.operations for f in written),
+                sum(e.products for e in unrolled),
+            ),
+            start=count(self.start),
+            values=sum(count(p.values) for p in self.problems),
+            derivatives=sum(count(p.derivatives) for p in self.problems),
+            products=sum(p.elimination.products for p in self.problems),
+        )
 
     @property
     def manifest_hash(self) -> str:
@@ -301,6 +347,11 @@ class _Builder:
                 self.helpers.append(self.writer.point_function(point))
         start = self.steps(plan.start)
         problems = self.problems()
+        mass_tables = _mass_tables(plan.inertia)
+        tables = (
+            *mass_tables,
+            *((f"{p.name} problem: {name}", values) for p in problems for name, values in p.tables),
+        )
         work = f"{self.prefix}_work *w"
         finish = self.writer.assembly(plan.finish, (work,))
         real = self.writer.real
@@ -346,6 +397,10 @@ class _Builder:
             helpers=tuple(self.helpers),
             consistency=self.writer.consistency(self.sizes.n_contacts),
             initial_state=self.writer.initial_state(),
+            index_type=_index_type(tables),
+            mobility=plan.inertia.mobility,
+            tables=tables,
+            mass_places=_places(mass_tables, 0),
             start=start,
             problems=problems,
             finish=finish,
@@ -373,10 +428,17 @@ class _Builder:
     def _constant(self, argument: str) -> str:
         return re.sub(r"\{([^}]+)\}", lambda m: self.precision.number(float(m[1])), argument)
 
+    def elimination(self, p: Problem) -> Elimination:
+        K = next(t for t in p.jacobian.assembly.targets if t.array == "w->K")
+        entries = frozenset(place for place, _ in K.entries)
+        return eliminate(p.jacobian.K, p.n_x, entries)
+
     def problems(self) -> tuple[ProblemSpec, ...]:
         specs = []
         x = lam = row = 0
+        at = sum(len(values) for _, values in _mass_tables(self.plan.inertia))
         for p in self.plan.problems:
+            elimination = self.elimination(p)
             specs.append(
                 ProblemSpec(
                     name=p.name,
@@ -395,13 +457,19 @@ class _Builder:
                     response=tuple(
                         (self.precision.number(a), self.precision.number(b)) for a, b in p.response
                     ),
+                    n_border=len(p.jacobian.order),
+                    tables=_tables(p.jacobian),
+                    places=_places(_tables(p.jacobian), at),
+                    elimination=elimination,
+                    unrolled=elimination.products <= UNROLLED,
                     values=self.steps(p.values),
-                    derivatives=self.steps(p.derivatives),
+                    derivatives=self.steps((*p.derivatives, p.jacobian.assembly)),
                 )
             )
             x += p.n_x
             lam += p.n_slots * self.sizes.n_R
             row += p.n_slots
+            at += sum(len(values) for _, values in _tables(p.jacobian))
         return tuple(specs)
 
 
@@ -425,6 +493,54 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
         bound += not is_contact
         friction += c.n_F
     return rows
+
+
+_Tables = tuple[tuple[str, tuple[int, ...]], ...]
+
+
+def _tables(j: Jacobian) -> _Tables:
+    """Where the entries of K, B, C and of the derivatives of the radii stand."""
+    return (
+        ("K_order", j.order),
+        ("K_start", j.K.start),
+        ("K_column", j.K.index),
+        ("K_diagonal", j.K.diagonal),
+        ("B_start", j.B.start),
+        ("B_row", j.B.index),
+        ("C_start", j.C.start),
+        ("C_column", j.C.index),
+        ("radius_start", j.radius.start),
+        ("radius_column", j.radius.index),
+    )
+
+
+def _mass_tables(inertia: Inertia) -> _Tables:
+    """Where the entries of the mass matrix and of W^T stand."""
+    return (
+        ("mass_order", inertia.order),
+        ("mass_start", inertia.mass.start),
+        ("mass_column", inertia.mass.index),
+        ("mass_diagonal", inertia.mass.diagonal),
+        ("direction_start", inertia.direction.start),
+        ("direction_column", inertia.direction.index),
+    )
+
+
+def _places(tables: _Tables, at: int) -> tuple[int, ...]:
+    """Where each of the tables begins if the first begins at `at`."""
+    places = []
+    for _, values in tables:
+        places.append(at)
+        at += len(values)
+    return tuple(places)
+
+
+def _index_type(tables: _Tables) -> str:
+    """Smallest C type that holds every entry of the tables."""
+    top = max(max(values, default=0) for _, values in tables)
+    if top < 256:
+        return "unsigned char"
+    return "unsigned short" if top < 65536 else "unsigned long"
 
 
 def _model_hash(functions: tuple[CFunction, ...], data: ModelData) -> str:
@@ -463,9 +579,17 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
             f.name: {"arguments": list(f.arguments), "shape": list(f.shape)} for f in spec.functions
         },
         "problems": [
-            {"name": p.name, "n_x": p.n_x, "n_slots": p.n_slots, "x": p.x, "lambda": p.lam}
+            {
+                "name": p.name,
+                "n_x": p.n_x,
+                "n_slots": p.n_slots,
+                "x": p.x,
+                "lambda": p.lam,
+                "tables": {name: list(values) for name, values in p.tables},
+            }
             for p in spec.problems
         ],
+        "footprint": asdict(spec.footprint),
         "runtime_hash": spec.runtime_hash,
         "model_hash": spec.model_hash,
         "tools": dict(spec.tools),

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -10,7 +11,9 @@ from pathlib import Path
 
 from platformdirs import user_cache_dir
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-pthread")
+# The driver of many runs, compiled together with every stepper.
+_BATCH = Path(__file__).with_name("batch.c")
 # Lines of C above which a lower optimisation level keeps compilation short: compilers take more
 # than linear time over long straight-line functions.
 _LEVELS = ((40_000, "-O0"), (20_000, "-O1"), (0, "-O2"))
@@ -59,13 +62,27 @@ def cache_folder(files: dict[str, str]) -> Path:
     return cache_root() / "generated" / digest.hexdigest()[:32]
 
 
-def compile_library(source: Path) -> Path:
+# What the loader sets itself, or checks in the text: it may differ between equal libraries.
+_DEFAULTS = re.compile(rb'par\.\w+ = [^;]+;|meta\.(model|manifest)_hash = "\w+";|sha256 \w+')
+
+
+def _without_defaults(text: bytes) -> bytes:
+    """Generated C without the defaults of parameters and the hashes that they enter."""
+    return _DEFAULTS.sub(b"", text)
+
+
+def compile_library(source: Path, prefix: str) -> Path:
     """Compile a generated C file into a shared library and return its path.
+
+    Files that differ only in defaults of parameters share a library: it is called with all
+    parameters given.
 
     Parameters
     ----------
     source : Path
         The ``.c`` file; its header stands beside it.
+    prefix : str
+        Prefix of its names.
 
     Raises
     ------
@@ -79,7 +96,15 @@ def compile_library(source: Path) -> Path:
     extra = shlex.split(os.environ.get("SIGNORINI_CFLAGS", ""))
     flags = [level, *FLAGS, *extra]
     digest = hashlib.sha256()
-    for part in (text, source.with_suffix(".h").read_bytes(), repr([*command, *flags]).encode()):
+    header = source.with_suffix(".h")
+    heading = _without_defaults(header.read_bytes())
+    driver = _BATCH.read_bytes()
+    for part in (
+        _without_defaults(text),
+        heading,
+        driver,
+        repr([*command, *flags]).encode(),
+    ):
         digest.update(part)
     target = cache_root() / "compiled" / f"{source.stem}-{digest.hexdigest()[:32]}.so"
     if target.is_file():
@@ -95,7 +120,10 @@ def compile_library(source: Path) -> Path:
     os.close(handle)
     try:
         result = subprocess.run(
-            [*command, *flags, "-o", name, source.name, "-lm"],
+            [
+                *(*command, *flags, f"-DSIGNORINI_PREFIX={prefix}", "-include", header.name),
+                *("-I.", "-o", name, source.name, str(_BATCH), "-lm"),
+            ],
             cwd=source.parent,
             capture_output=True,
             text=True,

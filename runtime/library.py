@@ -70,7 +70,8 @@ class Library:
         source = folder / f"{self.prefix}.c"
         if not source.is_file() or not source.with_suffix(".h").is_file():
             raise RunError(f"{folder} lacks {source.name} or its header: generate it again")
-        self.dll = ctypes.CDLL(str(compile_library(source)))
+        self.dll = ctypes.CDLL(str(compile_library(source, self.prefix)))
+        self.batch_struct: Any = None
         self._declare()
         self._verify()
 
@@ -128,6 +129,8 @@ class Library:
             entry.restype = result
             entry.argtypes = argument_types
             self.call[name] = entry
+        self.run_batch = self._symbol("run_batch")
+        self.run_batch.restype = c_int
 
     def _symbol(self, name: str) -> Any:
         try:
@@ -150,16 +153,19 @@ class Library:
         entry.restype = Meta
         entry.argtypes = []
         meta = entry()
+        text = (self.folder / f"{self.prefix}.c").read_text(encoding="utf-8", errors="replace")
+        said = dict(re.findall(r'meta\.(\w+) = "([^"]*)";', text))
+        for key in ("model", "scheme", "precision", "runtime_hash"):
+            said[key] = getattr(meta, key).decode("ascii", "replace")
         for key in ("model", "scheme", "precision", "model_hash", "runtime_hash"):
-            found = getattr(meta, key).decode("ascii", "replace")
-            if found != self.manifest[key]:
+            if said.get(key) != self.manifest[key]:
                 raise RunError(
                     f"{self.folder}: manifest.json says {key} = {self.manifest[key]!r} but the C "
-                    f"code {found!r}; the files do not belong together: generate them again"
+                    f"code {said.get(key)!r}; the files do not belong together: generate them again"
                 )
         body = {k: v for k, v in self.manifest.items() if k != "manifest_hash"}
         digest = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
-        if meta.manifest_hash.decode("ascii", "replace") != digest:
+        if said.get("manifest_hash") != digest:
             raise RunError(
                 f"{self.folder}: manifest.json was changed after the C code was generated: "
                 "generate it again"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import grid, number, reals, shaped
+from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.consistency import project
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
@@ -261,7 +262,7 @@ class Stepper:
         if status > SUCCESS:
             raise RunError(f"problem '{name}': {lib.status_texts[status]}")
         p = self.manifest["problems"][names.index(name)]
-        n_x, n_lam = p["n_x"], p["n_slots"] * n["n_R"]
+        n_x, n_lam, tables = p["n_x"], p["n_slots"] * n["n_R"], p["tables"]
 
         def take(field: str, *shape: int) -> np.ndarray:
             count = math.prod(shape)
@@ -272,9 +273,9 @@ class Stepper:
             "y": take("y", n_lam),
             "phi": take("phi", n_lam),
             "prox_r": take("prox_r", n_lam),
-            "A": take("A", n_x, n_x),
-            "B": take("B", n_lam, n_x).T,
-            "C": take("C", n_lam, n_x),
+            "A": _matrix(work.K, tables, "K_start", "K_column", True, (n_x, n_x)),
+            "B": _matrix(work.B, tables, "B_start", "B_row", False, (n_lam, n_x)).T,
+            "C": _matrix(work.C, tables, "C_start", "C_column", False, (n_lam, n_x)),
         }
 
     # --- runs ------------------------------------------------------------------------------------
@@ -363,14 +364,79 @@ class Stepper:
         h, n_steps = grid(t, number("t_end", t_end), number("dt", dt))
         if record not in ("steps", "stages"):
             raise RunError(f'record = {record!r}: choose "steps" or "stages"')
-        if not isinstance(every, (int, np.integer)) or isinstance(every, bool) or every < 1:
-            raise RunError(f"every = {every!r}: give an integer of at least 1")
-        every = min(int(every), n_steps + 1)
+        every = _interval(every, n_steps)
         if progress is not None and not callable(progress):
             raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self._inputs(inputs, n_steps)
-        run = Run(self, par, options, t, q, v, h, n_steps, int(every), record == "stages")
+        run = Run(self, par, options, t, q, v, h, n_steps, every, record == "stages")
         return run.go(u, asked, progress)
+
+    def simulate_batch(
+        self,
+        *,
+        t_end: float,
+        dt: float,
+        q0: Any = None,
+        v0: Any = None,
+        t0: Any = None,
+        parameters: Mapping[str, Any] | None = None,
+        inputs: Any = None,
+        every: int = 1,
+        threads: int | None = None,
+        max_halvings: int = 4,
+        progress: Callable[[int, int], None] | None = None,
+        **options: Any,
+    ) -> Batch:
+        """Many runs at once, on threads in C, each bit for bit as `simulate` would run it.
+
+        Parameters
+        ----------
+        t_end, dt : float
+            As for `simulate`; with different starts each run takes as many steps as the first.
+        q0, v0 : array, shape (n_q,) or (n, n_q), or mapping from name to a number or n numbers
+            Initial states; what is not given comes from the model file.
+        t0 : float or array, shape (n,)
+            Initial times.
+        parameters : mapping from name to a number or an array, shape (n,)
+            Values that differ from the defaults.
+        inputs : None, array of shape (n_steps, n_u) for all or (n, n_steps, n_u)
+            Held over each step.
+        every : int
+            Record every `every`-th step.
+        threads : int
+            By default as many as there are processors.
+        progress : callable (done, total)
+            Called between blocks of runs.
+        **options
+            ``tol``, ``r``, ``active_set``, ``scaling``, ``max_iterations`` as for `simulate`.
+
+        Returns
+        -------
+        Batch
+            Arrays of shape (n, n_t, ...). A run that fails or cannot start ends alone; its status
+            says why.
+
+        Raises
+        ------
+        RunError
+            For arguments that cannot be used, or that are for different numbers of runs.
+        """
+        first = self.initial_state()[0] if t0 is None else float(np.ravel(reals("t0", t0))[0])
+        h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
+        return run_batch(
+            self,
+            h=h,
+            n_steps=n_steps,
+            every=_interval(every, n_steps),
+            t0=t0,
+            q0=q0,
+            v0=v0,
+            parameters=parameters,
+            inputs=inputs,
+            options={"max_halvings": max_halvings, **options},
+            threads=threads,
+            progress=progress,
+        )
 
     def step(
         self,
@@ -528,3 +594,28 @@ class Stepper:
             k = int(np.argwhere(~np.isfinite(u))[0][0])
             raise RunError(f"inputs of step {k} are not finite: {u[k]}")
         return u, None
+
+
+def _interval(every: Any, n_steps: int) -> int:
+    """Every how many steps a row is recorded."""
+    if not isinstance(every, (int, np.integer)) or isinstance(every, bool) or every < 1:
+        raise RunError(f"every = {every!r}: give an integer of at least 1")
+    return min(int(every), n_steps + 1)
+
+
+def _matrix(
+    values: Any,
+    tables: Mapping[str, list[int]],
+    start: str,
+    index: str,
+    reordered: bool,
+    shape: tuple[int, int],
+) -> np.ndarray:
+    """A matrix from its rows with columns in elimination order; `reordered`: the rows too."""
+    order, begins, columns = tables["K_order"], tables[start], tables[index]
+    full = np.zeros(shape)
+    for i in range(shape[0]):
+        for k in range(begins[i], begins[i + 1]):
+            if columns[k] < shape[1]:
+                full[order[i] if reordered else i, order[columns[k]]] = values[k]
+    return full

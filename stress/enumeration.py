@@ -286,8 +286,16 @@ class _Examination:
             speed = max(float(np.abs(x).max()), self.speed)
             if np.abs(change[:n_x]).max() <= _SOLVED * speed:
                 left = np.abs(scaled @ (change * columns) + F / unit).max()
+                self._open(lam[offset : offset + n], kinds)
                 return (x, lam) if left <= 10 * _SOLVED * speed else None
         return None
+
+    def _open(self, force: np.ndarray, kinds: np.ndarray) -> None:
+        """Percussions of open contacts vanish exactly; least squares leave round-off."""
+        for i, states in enumerate(kinds):
+            for k, contact in enumerate(self.contacts):
+                if states[k] == OPEN:
+                    force[i * self.n_R + self.normal + contact["normal"]] = 0
 
     def _rows(
         self,

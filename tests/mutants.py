@@ -19,6 +19,7 @@ class Mutant(NamedTuple):
 D, L, G, P = "codegen/derive.py", "codegen/lobatto.py", "codegen/graph.py", "codegen/cprint.py"
 T, C, S = "codegen/tableau.py", "codegen/sympy_to_casadi.py", "codegen/spec.py"
 PATH = "runtime/c/sg_path.c"
+SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
 STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
@@ -88,7 +89,13 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("radius with mu of another contact", NEWTON, "w->mu[k] * sg_max(lambda[n]", "w->mu[0] * sg_max(lambda[n]"),
     Mutant("a tolerance that never fires", NEWTON, "if (!(*measure < SG_HUGE)) {", "*measure = SG_C(0.0);\n        if (!(*measure < SG_HUGE)) {"),
     Mutant("open contacts keep their percussion", NEWTON, "w->dlambda[k] = -lambda[k];", "w->dlambda[k] = SG_C(0.0);"),
-    Mutant("the step of Newton has the wrong sign", NEWTON, "w->dx[i] = -w->r[i];", "w->dx[i] = w->r[i];"),
+    Mutant("bilateral rows of the border with the wrong sign", SMOOTH, "w->bordered ? -w->y[", "w->bordered ? w->y["),
+    Mutant("straight-line elimination adds products", "codegen/elimination.py", 'return " - ".join([start, *terms])', 'return " + ".join([start, *terms])'),
+    Mutant("elimination by tables adds products", "runtime/c/sg_sparse.c", "row[index[m]] -= factor * LU[m];", "row[index[m]] += factor * LU[m];"),
+    Mutant("mobility without the pivots", "codegen/scheme.py", "total += y[i] * y[i] / D[i]", "total += y[i] * y[i]"),
+    Mutant("vanishing pivots pass", "runtime/c/sg_sparse.c", "if (!(size * least * scale[i] < SG_C(1.0)) || !(size > SG_C(0.0))) {", "if (0) {"),
+    Mutant("the order of elimination is forgotten in a step", NEWTON, "w->x[pr->x + unknown] = w->x_old[unknown] + alpha * w->dx[i];", "w->x[pr->x + i] = w->x_old[i] + alpha * w->dx[i];"),
+    Mutant("the step of Newton has the wrong sign", SMOOTH, "w->dx[k] = -w->r[sg_table[pr->K.order + k]];", "w->dx[k] = w->r[sg_table[pr->K.order + k]];"),
     Mutant("the prox of the velocity problem uses inactive contacts", NEWTON, "(pr->follows && contact->normal >= 0 && !w->active[k])", "0"),
     Mutant("the guard is not looked at", STEP, "w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);", "w->exists[k] = 1;"),
     Mutant("the guard's sign", STEP, "w->guard[k] >= SG_C(0.0);", "w->guard[k] < SG_C(0.0);"),
@@ -102,7 +109,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("no least norm", SOLVE, "if (status == SG_K(OK) && w->deficiency > 0) {", "if (0) {"),
     Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
     Mutant("no pivoting", LINALG, "if (size > best) {", "if (best < SG_C(0.0)) {"),
-    Mutant("the checker does not look at the momenta", CHECK, "if (!sg_small(w->r[i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {", "if (0) {"),
+    Mutant("the checker does not look at the momenta", CHECK, "if (!sg_small(w->r_found[pr->x + i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {", "if (0) {"),
     Mutant("the checker does not look at friction", CHECK, "return sg_small(bound * slip + power,", "return 1 || sg_small(bound * slip + power,"),
     Mutant("the checker misses skipped impacts", CHECK, "if ((must && !w->active[k]) ||", "if ("),
     Mutant("penetration at the start is accepted", SIMULATE, "if (at.position[n] < SG_C(0.0) &&", "if (0 &&"),
@@ -128,7 +135,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("contacts never close on a path", PATH, "what[0] = SG_CLOSES;", "what[0] = SG_OPENS;"),
     Mutant("left-out contacts keep their percussion", SOLVE, "if (!sg_joins(w, pr, k)) {", "if (0) {"),
     Mutant("iterations not bounded", SOLVE, "return left < wish ? left : wish;", "return wish + 0 * left;"),
-    Mutant("no path is followed", SOLVE, "if (sg_path(w, par, problem, turn)) {", "if (0 && sg_path(w, par, problem, turn)) {"),
+    Mutant("no path is followed", SOLVE, "if (sg_path(w, par, opt, problem, turn)) {", "if (0 && sg_path(w, par, opt, problem, turn)) {"),
     Mutant("the judge looks at normal percussions only", "stress/judge.py", "outside = np.maximum(size - radius, 0) / force", "outside = 0 * np.maximum(size - radius, 0) / force"),
     Mutant("the judge takes any sign of friction", "stress/judge.py", 'np.einsum("ij,ij->i", P, slip)', '-np.abs(np.einsum("ij,ij->i", P, slip))'),
     Mutant("enumeration without slip to one side", "stress/enumeration.py", "(OPEN, STICK, FORTH, BACK)\n            if", "(OPEN, STICK, FORTH)\n            if"),

@@ -1,5 +1,14 @@
-/* Acceptance of a step. Reads the state before, the unknowns and what the model says at the
-   solution; shares nothing with the iteration that found it but the scales of the rows. */
+/* Acceptance of a step. Reads the state before, the unknowns and what the model says there
+   (r_found, y_found, radius_found); shares nothing with the iteration that found them but the
+   scales of the rows. */
+
+/* Keep what the model says at the unknowns of one problem. */
+static void sg_keep_rows(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    sg_copy(pr->n_x, w->r, &w->r_found[pr->x]);
+    sg_copy(pr->n_slots * SG_NC, w->y, &w->y_found[pr->lambda]);
+    sg_copy(pr->n_slots * SG_NB, w->radius, &w->radius_found[pr->lambda / SG_ROWS * SG_NB]);
+}
 
 /* |x| within the checker's tolerance of `scale`, plus an absolute floor. NaN is not. */
 static int sg_small(real x, real scale, real floor, const SG(options) * opt) {
@@ -39,18 +48,16 @@ static int sg_check_friction(int n, const real *gamma, real speed, const real *p
 }
 
 /* Rows of one problem at the solution. */
-static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                            int problem) {
+static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const real *lambda = &w->lambda[pr->lambda];
+    const real *y = &w->y_found[pr->lambda];
     int slot, c, i, k;
-    SG(values)(w, par, problem);
-    sg_row_scales(w, problem);
     if (!sg_all_finite(pr->n_x, &w->x[pr->x]) || !sg_all_finite(pr->n_slots * SG_NC, lambda)) {
         return 0;
     }
     for (i = 0; i < pr->n_x; ++i) {
-        if (!sg_small(w->r[i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {
+        if (!sg_small(w->r_found[pr->x + i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {
             return 0;
         }
     }
@@ -64,7 +71,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
                 }
                 continue;
             }
-            if (!sg_small(w->y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
+            if (!sg_small(y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
                           gap ? w->gap_floor[c] : sg_velocity_floor(w, pr, slot, c), opt)) {
                 return 0;
             }
@@ -85,7 +92,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
                     if (R != SG_C(0.0)) {
                         return 0;
                     }
-                } else if (!sg_check_normal(w->y[base + n],
+                } else if (!sg_check_normal(y[base + n],
                                             position ? w->h * w->speed[n] : w->speed[n],
                                             position ? w->gap_floor[n] : SG_C(0.0), R,
                                             sg_max(w->percussion_scale[n], SG_C(0.0)), opt)) {
@@ -93,7 +100,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
                 }
                 radius = w->mu[k] * R;
             } else {
-                radius = w->radius[slot * SG_NB + contact->bound];
+                radius = w->radius_found[(pr->lambda / SG_ROWS + slot) * SG_NB + contact->bound];
             }
             if (!closed) {
                 for (i = 0; i < contact->components; ++i) {
@@ -102,7 +109,7 @@ static int sg_check_problem(SG(work) * w, const SG(params) * par, const SG(optio
                     }
                 }
             } else if (contact->components > 0 &&
-                       !sg_check_friction(contact->components, &w->y[base + f], w->speed[f],
+                       !sg_check_friction(contact->components, &y[base + f], w->speed[f],
                                           &lambda[base + f], radius, w->percussion_scale[f],
                                           sg_velocity_floor(w, pr, slot, f), opt)) {
                 return 0;
@@ -132,7 +139,7 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
             if (!sg_small(w->lambda[pr->lambda + row], w->percussion_scale[n], SG_C(0.0), opt)) {
                 must = 1;
             }
-            if (sg_small(w->y[row], w->h * w->speed[n], w->gap_floor[n], opt)) {
+            if (sg_small(w->y_found[pr->lambda + row], w->h * w->speed[n], w->gap_floor[n], opt)) {
                 may = 1;
             }
         }
@@ -144,13 +151,13 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
 }
 
 /* 1 if the step in the work struct satisfies every equation and law of the scheme. */
-static int sg_check_step(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
+static int sg_check_step(SG(work) * w, const SG(options) * opt) {
     int problem;
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
         if (sg_problems[problem].opening && !w->opened) {
             continue;
         }
-        if (!sg_check_problem(w, par, opt, problem)) {
+        if (!sg_check_problem(w, opt, problem)) {
             return 0;
         }
         if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows &&

@@ -1,8 +1,8 @@
 /* Dense linear algebra: LU with scaled pivots, rank-revealing QR with minimum-norm solution. */
 
 /* LU of the n x n row-major matrix A in place; pivot rows are chosen relative to `scale`, so
-   that a change of units does not change them. `scale` is permuted along with the rows.
-   Returns 0 if A is singular or not finite. */
+   that a change of units does not change them. `scale` is permuted along with the rows; inverses
+   of the pivots stand on the diagonal. Returns 0 if A is singular or not finite. */
 static int sg_lu_factor(int n, real *A, real *scale, int *pivot) {
     int i, j, k;
     for (k = 0; k < n; ++k) {
@@ -29,9 +29,10 @@ static int sg_lu_factor(int n, real *A, real *scale, int *pivot) {
                 A[row * n + j] = a;
             }
         }
+        A[k * n + k] = SG_C(1.0) / A[k * n + k];
         for (i = k + 1; i < n; ++i) {
             if (A[i * n + k] != SG_C(0.0)) {
-                const real factor = A[i * n + k] / A[k * n + k];
+                const real factor = A[i * n + k] * A[k * n + k];
                 A[i * n + k] = factor;
                 for (j = k + 1; j < n; ++j) {
                     A[i * n + j] -= factor * A[k * n + j];
@@ -62,8 +63,21 @@ static void sg_lu_solve(int n, const real *A, const int *pivot, real *b) {
         for (j = i + 1; j < n; ++j) {
             sum -= A[i * n + j] * b[j];
         }
-        b[i] = sum / A[i * n + i];
+        b[i] = sum * A[i * n + i];
     }
+}
+
+/* 1 if all pivots of sg_lu_factor are larger than `share` times the largest. */
+static int sg_lu_is_regular(int n, const real *A, real share) {
+    real least = SG_C(0.0);
+    real most = SG_HUGE;
+    int k;
+    for (k = 0; k < n; ++k) {
+        const real inverse = SG_FABS(A[k * n + k]);
+        least = sg_max(least, inverse);
+        most = inverse < most ? inverse : most;
+    }
+    return most > share * least;
 }
 
 /* Householder reflection H = I - tau (1, w)(1, w)^T that maps (alpha, x) to (beta, 0): overwrites

@@ -6,30 +6,26 @@
 
 /* Linearise at the current point: w->dx, w->Z, the responses w->S[b * n + a] = dy_a/dlambda_b and
    w->phi, the kinematic rows without any percussion. Returns 0 if the smooth block is singular. */
-static int sg_linearise(SG(work) * w, const SG(params) * par, int problem) {
+static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                        int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    const int n_x = pr->n_x;
     const int n = pr->n_slots * SG_NC;
     const real *lambda = &w->lambda[pr->lambda];
-    int a, b, i;
-    sg_evaluate(w, par, problem);
+    int a, b;
+    sg_evaluate(w, par, opt, problem);
     SG(derivatives)(w, par, problem);
-    for (i = 0; i < n_x; ++i) {
-        w->dx[i] = -w->r[i];
-        w->pivot_scale[i] = w->root_inertia[i % SG_NQ];
-    }
-    if (!sg_lu_factor(n_x, w->A, w->pivot_scale, w->A_pivot)) {
+    if (!sg_factor_smooth(w, problem, 0)) {
         return 0;
     }
-    sg_lu_solve(n_x, w->A, w->A_pivot, w->dx);
+    sg_smooth_rows(w, pr);
+    sg_solve_smooth(w, problem, 0, w->dx);
     for (b = 0; b < n; ++b) {
-        sg_copy(n_x, &w->B[b * n_x], &w->Z[b * n_x]);
-        sg_lu_solve(n_x, w->A, w->A_pivot, &w->Z[b * n_x]);
+        sg_answer(w, problem, b, &w->Z[b * pr->n_border]);
     }
     for (a = 0; a < n; ++a) {
-        w->phi[a] = w->y[a] + sg_dot(n_x, &w->C[a * n_x], w->dx);
+        w->phi[a] = w->y[a] + sg_row_dot(&pr->C, w->C, a, w->dx);
         for (b = 0; b < n; ++b) {
-            w->S[b * n + a] = -sg_dot(n_x, &w->C[a * n_x], &w->Z[b * n_x]);
+            w->S[b * n + a] = -sg_row_dot(&pr->C, w->C, a, &w->Z[b * pr->n_border]);
             w->phi[a] -= w->S[b * n + a] * lambda[b];
         }
     }
@@ -405,7 +401,8 @@ static real sg_path_way(const SG(work) * w, const sg_event *last) {
 }
 
 /* Follow the path; on success the unknowns are those of the linearised problem. */
-static int sg_path(SG(work) * w, const SG(params) * par, int problem, int turn) {
+static int sg_path(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
+                   int turn) {
     const sg_problem *pr = &sg_problems[problem];
     const int n = pr->n_slots * SG_NC;
     const int limit = 8 * pr->n_slots * SG_NK + 16;
@@ -414,7 +411,7 @@ static int sg_path(SG(work) * w, const SG(params) * par, int problem, int turn) 
     sg_event event = {0, -1, SG_OPENS, SG_C(0.0)};
     real tau;
     int change, a, i;
-    if (!sg_linearise(w, par, problem)) {
+    if (!sg_linearise(w, par, opt, problem)) {
         return 0;
     }
     sg_path_start(w, pr, turn);
@@ -447,11 +444,11 @@ static int sg_path(SG(work) * w, const SG(params) * par, int problem, int turn) 
                 const real step = w->dlambda[a] - lambda[a];
                 lambda[a] = w->dlambda[a];
                 for (i = 0; i < pr->n_x; ++i) {
-                    w->dx[i] -= w->Z[a * pr->n_x + i] * step;
+                    w->dx[i] -= w->Z[a * pr->n_border + i] * step;
                 }
             }
             for (i = 0; i < pr->n_x; ++i) {
-                w->x[pr->x + i] += w->dx[i];
+                w->x[pr->x + sg_table[pr->K.order + i]] += w->dx[i];
             }
             return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, lambda);
         }
@@ -510,13 +507,12 @@ static void sg_settle(SG(work) * w, const SG(params) * par, const SG(options) * 
                       int limit, int *iterations) {
     const sg_problem *pr = &sg_problems[problem];
     const int n = pr->n_slots * SG_NC;
-    real merit, stall;
     int round;
     for (round = 0; round < limit; ++round) {
         SG(values)(w, par, problem);
-        sg_row_scales(w, problem);
+        sg_row_scales(w, opt, problem);
         sg_held_rows(w, pr);
-        if (!(sg_residual(w, opt, problem, &merit, &stall) > SG_C(1.0))) {
+        if (!(sg_residual(w, opt, problem) > SG_C(1.0))) {
             return;
         }
         SG(derivatives)(w, par, problem);

@@ -15,6 +15,7 @@ typedef SG(real) real;
 #define SG_RANK (512.0F * FLT_EPSILON)     /* relative pivot below which rows are dependent */
 #define SG_SOFTNESS (256.0F * FLT_EPSILON) /* relative compliance of contradictory contacts */
 #define SG_GIVE (64.0F * FLT_EPSILON)      /* relative compliance of all rows along a path */
+#define SG_SMALL (8192.0F * FLT_EPSILON)   /* relative pivot below which rows may be dependent */
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
@@ -27,6 +28,7 @@ typedef SG(real) real;
 #define SG_RANK (1048576.0 * DBL_EPSILON)
 #define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
 #define SG_GIVE (1024.0 * DBL_EPSILON)
+#define SG_SMALL (4294967296.0 * DBL_EPSILON)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a
@@ -47,13 +49,12 @@ static real sg_max(real a, real b) { return a > b ? a : b; }
 static int sg_finite(real x) { return x - x == SG_C(0.0); }
 
 static int sg_all_finite(int n, const real *x) {
+    real sum = SG_C(0.0); /* NaN if any x - x is */
     int i;
     for (i = 0; i < n; ++i) {
-        if (!sg_finite(x[i])) {
-            return 0;
-        }
+        sum += x[i] - x[i];
     }
-    return 1;
+    return sum == SG_C(0.0);
 }
 
 static void sg_fill(int n, real value, real *x) {

@@ -2,35 +2,80 @@
    formed from quantities of the same unit or from ratios of squares, so that a change of units by
    powers of two changes no bit of the result. */
 
-/* inertia[j] of every coordinate: |M_jj|, or what the row's largest entry says if that is zero. */
-static void sg_inertia(const real *M, real *inertia) {
+/* inertia of every coordinate: |M_jj|, or what the row's largest entry says if that is zero. */
+static void sg_inertia(SG(work) * w) {
     int j, k;
     for (j = 0; j < SG_NQ; ++j) {
-        inertia[j] = SG_FABS(M[j * SG_NQ + j]);
-        if (!(inertia[j] > SG_C(0.0))) {
-            for (k = 0; k < SG_NQ; ++k) {
-                const real d = SG_FABS(M[k * SG_NQ + k]);
-                const real m = SG_FABS(M[j * SG_NQ + k]);
-                inertia[j] = sg_max(inertia[j], d > SG_C(0.0) ? m * m / d : m);
+        real own = SG_FABS(w->mass[sg_table[sg_mass.diagonal + j]]);
+        if (!(own > SG_C(0.0))) {
+            const int last = sg_table[sg_mass.start + j + 1];
+            for (k = sg_table[sg_mass.start + j]; k < last; ++k) {
+                const real d =
+                    SG_FABS(w->mass[sg_table[sg_mass.diagonal + sg_table[sg_mass.index + k]]]);
+                const real m = SG_FABS(w->mass[k]);
+                own = sg_max(own, d > SG_C(0.0) ? m * m / d : m);
             }
         }
+        w->inertia[sg_table[sg_mass.order + j]] = own;
     }
 }
 
-/* m_eff = 1 / (w^T M^-1 w) of one direction; `solved` receives M^-1 w. */
-static real sg_effective_mass(const real *lu, const int *pivot, const real *inertia, const real *w,
-                              real *solved) {
+/* Factorise the mass matrix. Returns 0 if it is singular or not finite. */
+static int sg_factor_mass(SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_NQ; ++k) {
+        w->pivot_scale[k] = w->inertia[sg_table[sg_mass.order + k]];
+    }
+    w->exchanged = !sg_sparse_factor(0, SG_NQ, &sg_mass, w->pivot_scale, SG_SMALL, w->mass,
+                                     w->factors, w->scratch);
+    if (w->exchanged) {
+        for (k = 0; k < SG_NQ; ++k) {
+            w->pivot_scale[k] = w->root_inertia[sg_table[sg_mass.order + k]];
+        }
+        sg_expand(SG_NQ, &sg_mass, w->mass, w->full);
+        return sg_lu_factor(SG_NQ, w->full, w->pivot_scale, w->pivot);
+    }
+    return 1;
+}
+
+/* 1 if the generated code found the mobilities with pivots that are large enough. */
+static int sg_has_mobility(const SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_NQ && SG_MOBILITY; ++k) {
+        if (!(w->mass_pivot[k] > SG_SMALL * w->inertia[sg_table[sg_mass.order + k]]) ||
+            !sg_finite(w->mass_pivot[k])) {
+            return 0;
+        }
+    }
+    return SG_MOBILITY;
+}
+
+/* m_eff = 1 / (w^T M^-1 w) of direction c, with the factors of M. */
+static real sg_effective_mass(SG(work) * w, int c) {
+    real *solved = w->dx;
+    real *row = w->scratch;
+    const int last = sg_table[sg_direction.start + c + 1];
     real loose = SG_C(0.0);
-    real mobility;
-    int j;
-    sg_copy(SG_NQ, w, solved);
-    sg_lu_solve(SG_NQ, lu, pivot, solved);
-    mobility = SG_FABS(sg_dot(SG_NQ, w, solved));
-    for (j = 0; j < SG_NQ; ++j) {
-        loose += w[j] * w[j] / inertia[j];
+    real mobility = SG_C(0.0);
+    int k;
+    sg_fill(SG_NQ, SG_C(0.0), row);
+    for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+        row[sg_table[sg_direction.index + k]] = w->direction[k];
+        loose += w->direction[k] * w->direction[k] / w->inertia[sg_table[sg_direction.index + k]];
+    }
+    for (k = 0; k < SG_NQ; ++k) {
+        solved[k] = row[sg_table[sg_mass.order + k]];
+    }
+    if (w->exchanged) {
+        sg_lu_solve(SG_NQ, w->full, w->pivot, solved);
+    } else {
+        sg_sparse_solve(SG_NQ, &sg_mass, w->factors, 0, solved);
+    }
+    for (k = 0; k < SG_NQ; ++k) {
+        mobility += solved[k] * row[sg_table[sg_mass.order + k]];
     }
     /* An indefinite mass matrix may have directions without mobility of their own. */
-    mobility = sg_max(mobility, SG_C(0.0009765625) * loose);
+    mobility = sg_max(SG_FABS(mobility), SG_C(0.0009765625) * loose);
     return mobility > SG_C(0.0) ? SG_C(1.0) / mobility : SG_C(0.0);
 }
 
@@ -39,21 +84,29 @@ static real sg_effective_mass(const real *lu, const int *pivot, const real *iner
    or anything is not finite. */
 static int sg_masses(SG(work) * w) {
     real reference = SG_C(0.0);
-    int c, j, k;
-    sg_copy(SG_NQ * SG_NQ, w->mass, w->mass_lu);
-    sg_inertia(w->mass, w->inertia);
+    int c, j, k, known;
+    w->formed = 0;
+    sg_inertia(w);
+    known = sg_has_mobility(w);
     for (j = 0; j < SG_NQ; ++j) {
         w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);
-        w->pivot_scale[j] = w->root_inertia[j];
         w->momentum[j] = sg_max(SG_FABS(w->p[j]), w->h * w->force_size[j]);
     }
     if (!sg_all_finite(SG_NQ, w->root_inertia) || !sg_all_finite(SG_NQ, w->momentum) ||
-        !sg_lu_factor(SG_NQ, w->mass_lu, w->pivot_scale, w->mass_pivot)) {
+        (!known && !sg_factor_mass(w))) {
         return 0;
     }
     for (c = 0; c < SG_NC; ++c) {
-        w->m_eff[c] = sg_effective_mass(w->mass_lu, w->mass_pivot, w->inertia,
-                                        &w->direction[c * SG_NQ], w->scratch);
+        const int last = sg_table[sg_direction.start + c + 1];
+        w->reach[c] = SG_C(0.0);
+        for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+            w->reach[c] += SG_FABS(w->direction[k] * w->q[sg_table[sg_direction.index + k]]);
+        }
+        if (known) {
+            w->m_eff[c] = w->mobility[c] > SG_C(0.0) ? SG_C(1.0) / w->mobility[c] : SG_C(0.0);
+        } else {
+            w->m_eff[c] = sg_effective_mass(w, c);
+        }
         if (!sg_finite(w->m_eff[c])) {
             return 0;
         }
@@ -75,7 +128,7 @@ static int sg_masses(SG(work) * w) {
         }
     }
     for (c = 0; c < SG_NC; ++c) {
-        w->root_mass[c] = SG_SQRT(w->m_eff[c] / w->m_eff[0]);
+        w->root_mass[c] = SG_SQRT(w->m_eff[c] / w->inertia[0]);
     }
     return 1;
 }
@@ -87,22 +140,35 @@ static real sg_velocity_floor(const SG(work) * w, const sg_problem *pr, int slot
     return slot < pr->gap_slots ? w->gap_floor[c] * response[1] / (w->h * response[0]) : SG_C(0.0);
 }
 
-/* Scales of the rows of one problem, from the start of the step and the velocities of the current
-   iterate (a step may start from rest): momenta, speeds and percussions, rounding floors. */
-static void sg_row_scales(SG(work) * w, int problem) {
+/* Largest velocity of every coordinate in the step. Returns 1 if all are within a factor of two of
+   those that the scales were formed with. */
+static int sg_keeps_pace(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
+    int keeps = w->formed;
+    int i, j;
+    for (j = 0; j < SG_NQ; ++j) {
+        real fastest = SG_FABS(w->v[j]);
+        for (i = pr->x + j; i < pr->x + pr->n_x; i += SG_NQ) {
+            fastest = sg_max(fastest, SG_FABS(w->x[i]));
+        }
+        keeps =
+            keeps && fastest <= SG_C(2.0) * w->fastest[j] && w->fastest[j] <= SG_C(2.0) * fastest;
+        w->scratch[j] = fastest;
+    }
+    return keeps;
+}
+
+/* Momenta of the rows at the present pace, and the pace that they stand for. */
+static void sg_momentum_scales(SG(work) * w) {
     real energetic = SG_C(0.0);
-    int c, i, j, k, slot;
-    for (j = 0; j < SG_NQ; ++j) {
-        w->pace[j] = SG_FABS(w->v[j]);
-    }
-    for (i = 0; i < pr->n_x; ++i) {
-        w->pace[i % SG_NQ] = sg_max(w->pace[i % SG_NQ], SG_FABS(w->x[pr->x + i]));
-    }
-    for (j = 0; j < SG_NQ; ++j) {
+    int i, j, k;
+    for (i = 0; i < SG_NQ; ++i) {
+        const int last = sg_table[sg_mass.start + i + 1];
         real inertial = SG_C(0.0);
-        for (k = 0; k < SG_NQ; ++k) {
-            inertial += SG_FABS(w->mass[j * SG_NQ + k]) * w->pace[k];
+        j = sg_table[sg_mass.order + i];
+        for (k = sg_table[sg_mass.start + i]; k < last; ++k) {
+            inertial += SG_FABS(w->mass[k]) *
+                        w->pace[sg_table[sg_mass.order + sg_table[sg_mass.index + k]]];
         }
         w->momentum_scale[j] = sg_max(w->momentum[j], inertial);
         energetic = sg_max(energetic, w->momentum_scale[j] / w->root_inertia[j]);
@@ -110,20 +176,46 @@ static void sg_row_scales(SG(work) * w, int problem) {
     for (j = 0; j < SG_NQ; ++j) {
         w->momentum_scale[j] =
             sg_max(w->momentum_scale[j], SG_C(0.0009765625) * energetic * w->root_inertia[j]);
+        w->momentum_inverse[j] = SG_C(1.0) / w->momentum_scale[j];
         w->pace[j] = sg_max(w->pace[j], w->momentum_scale[j] / w->inertia[j]);
     }
+}
+
+/* Scales of a step, from its start and the velocities of the current iterate (a step may start from
+   rest): momenta, speeds and percussions. Formed anew only where these velocities change by more
+   than a factor of two. */
+static void sg_scales(SG(work) * w, int problem) {
+    int c, k;
+    if (sg_keeps_pace(w, problem)) {
+        return;
+    }
+    w->formed = 1;
+    w->floored = 0;
+    sg_copy(SG_NQ, w->scratch, w->fastest);
+    sg_copy(SG_NQ, w->scratch, w->pace);
+    sg_momentum_scales(w);
     for (c = 0; c < SG_NC; ++c) {
-        const real *row = &w->direction[c * SG_NQ];
+        const int last = sg_table[sg_direction.start + c + 1];
         real speed = SG_FABS(w->drift[c]);
-        real size = SG_C(0.0);
-        for (j = 0; j < SG_NQ; ++j) {
-            speed += SG_FABS(row[j]) * w->pace[j];
-            size += SG_FABS(row[j] * w->q[j]);
+        for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+            speed += SG_FABS(w->direction[k]) * w->pace[sg_table[sg_direction.index + k]];
         }
         w->speed[c] = speed;
-        w->gap_floor[c] = SG_FLOOR * (size + w->h * speed);
+        w->gap_floor[c] = SG_FLOOR * (w->reach[c] + w->h * speed);
         w->percussion_scale[c] = w->m_eff[c] * speed;
     }
+}
+
+/* Scales and rounding floors of the percussion rows of one problem. */
+static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
+    int c, slot;
+    sg_scales(w, problem);
+    if (w->floored == problem + 1) {
+        return;
+    }
+    w->floored = problem + 1;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         for (c = 0; c < SG_NC; ++c) {
             const int n = slot * SG_NC + c;
@@ -134,6 +226,8 @@ static void sg_row_scales(SG(work) * w, int problem) {
             } else {
                 w->rounding[n] += w->r_auto[n] * sg_velocity_floor(w, pr, slot, c);
             }
+            w->phi_inverse[n] =
+                SG_C(1.0) / (w->phi_floor[n] + tol * (w->percussion_scale[c] + w->phi_floor[n]));
         }
     }
 }

@@ -142,7 +142,7 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     }
     for (k = 0; k <= problem; ++k) {
         sg_prox_parameters(w, opt, k);
-        sg_evaluate(w, par, k);
+        sg_evaluate(w, par, opt, k);
         if (k < problem && sg_problems[k + 1].follows) {
             sg_activity(w, opt, &info, k);
         }

@@ -23,8 +23,15 @@ static void sg_cold_start(SG(work) * w, int problem) {
 /* Start from the prediction in the state. */
 static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    sg_copy(pr->n_x, &s->x[pr->x], &w->x[pr->x]);
-    sg_copy(pr->n_slots * SG_NC, &s->lambda[pr->lambda], &w->lambda[pr->lambda]);
+    int i;
+    for (i = pr->x; i < pr->x + pr->n_x; ++i) {
+        w->x[i] = s->x[i] + (s->order > 0 ? s->x_1[i] : SG_C(0.0)) +
+                  (s->order > 1 ? s->x_2[i] : SG_C(0.0));
+    }
+    for (i = pr->lambda; i < pr->lambda + pr->n_slots * SG_NC; ++i) {
+        w->lambda[i] = s->lambda[i] + (s->order > 0 ? s->lambda_1[i] : SG_C(0.0)) +
+                       (s->order > 1 ? s->lambda_2[i] : SG_C(0.0));
+    }
 }
 
 /* Contacts that take no part have no percussion, exactly. */
@@ -55,12 +62,11 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     const int n_lambda = pr->n_slots * SG_NC;
     real *lambda = &w->lambda[pr->lambda];
     unsigned long state;
-    real merit, stall;
     int n, rank, a, i;
-    sg_evaluate(w, par, problem);
+    sg_evaluate(w, par, opt, problem);
     state = sg_fingerprint(w, n_lambda);
     SG(derivatives)(w, par, problem);
-    n = sg_reduce(w, problem);
+    n = sg_reduce(w, problem, 0);
     if (n <= 0) {
         return SG_UNIQUE;
     }
@@ -81,18 +87,18 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
         const real change = w->solution[a] * w->root_scale[a] - lambda[row];
         w->dlambda[row] = change;
         for (i = 0; i < pr->n_x; ++i) {
-            w->dx[i] -= w->Z[a * pr->n_x + i] * change;
+            w->dx[i] -= w->Z[a * pr->n_border + i] * change;
         }
     }
     sg_move(w, problem, SG_C(1.0));
-    sg_evaluate(w, par, problem);
-    *measure = sg_residual(w, opt, problem, &merit, &stall);
+    sg_evaluate(w, par, opt, problem);
+    *measure = sg_residual(w, opt, problem);
     if (*measure <= SG_C(1.0) && sg_fingerprint(w, n_lambda) == state) {
         return SG_LEAST_NORM;
     }
     sg_move(w, problem, SG_C(0.0));
-    sg_evaluate(w, par, problem);
-    *measure = sg_residual(w, opt, problem, &merit, &stall);
+    sg_evaluate(w, par, opt, problem);
+    *measure = sg_residual(w, opt, problem);
     return SG_AS_FOUND;
 }
 
@@ -109,7 +115,7 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
     int turn;
     for (turn = 0; turn < turns && info->iterations < end; ++turn) {
         ++info->iterations;
-        if (sg_path(w, par, problem, turn)) {
+        if (sg_path(w, par, opt, problem, turn)) {
             sg_settle(w, par, opt, problem, sg_budget(info, end, SG_HELD), &info->iterations);
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, 5), 0, &info->iterations,
                                measure);
@@ -175,6 +181,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
          attempt < (whole ? SG_ATTEMPTS : SG_RAISE) && status != SG_K(OK) && info->iterations < end;
          ++attempt) {
         const int before = status;
+        w->careful = attempt != (warm ? SG_WARM_START : SG_COLD_START);
         if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {

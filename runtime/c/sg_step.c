@@ -59,7 +59,7 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
         w->active[k] = w->exists[k];
     }
-    if (!sg_all_finite(SG_NQ * SG_NQ, w->mass) || !sg_all_finite(SG_NQ, w->p)) {
+    if (!sg_all_finite(sg_table[sg_mass.start + SG_NQ], w->mass) || !sg_all_finite(SG_NQ, w->p)) {
         return SG_K(NONFINITE);
     }
     if (!sg_masses(w)) {
@@ -77,6 +77,7 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         if (status != SG_K(OK)) {
             return status;
         }
+        sg_keep_rows(w, problem);
         for (k = 0; pr->opening && k < SG_NGAMMA; ++k) {
             w->carried[k] = w->lambda[pr->lambda + SG_NG + k] / h;
         }
@@ -86,13 +87,47 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         sg_smallest_gap(w, info, problem);
     }
     SG(finish)(w);
-    return sg_check_step(w, par, opt) ? SG_K(OK) : SG_K(REJECTED);
+    return sg_check_step(w, opt) ? SG_K(OK) : SG_K(REJECTED);
 }
 
-/* Take over the end of the step and predict the unknowns of the next one of the same size:
-   velocities move on by the change of v; contacts that opened, closed or impacted start cold. */
+/* Backward differences of the solutions of steps of the same size and contact state, and the order
+   to which they would have predicted this one best. */
+static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
+    const int known = same && s->h_guess == w->h ? s->warm : 0;
+    real error[3];
+    int i, j;
+    sg_fill(3, SG_C(0.0), error);
+    for (i = 0; i < SG_NX_TOTAL; i += SG_NQ) {
+        for (j = 0; j < SG_NQ; ++j) {
+            const int k = i + j;
+            /* at first velocities move on by the change of v */
+            const real d_1 = known > 0 ? w->x[k] - s->x[k] : w->v_end[j] - w->v[j];
+            const real d_2 = known > 0 ? d_1 - s->x_1[k] : SG_C(0.0);
+            const real d_3 = d_2 - s->x_2[k];
+            error[0] += SG_FABS(d_1) * w->root_inertia[j];
+            error[1] += SG_FABS(d_2) * w->root_inertia[j];
+            error[2] += SG_FABS(d_3) * w->root_inertia[j];
+            s->x[k] = w->x[k];
+            s->x_1[k] = d_1;
+            s->x_2[k] = d_2;
+        }
+    }
+    for (i = 0; i < SG_NL_TOTAL; ++i) {
+        const real d_1 = known > 0 ? w->lambda[i] - s->lambda[i] : SG_C(0.0);
+        s->lambda_2[i] = known > 0 ? d_1 - s->lambda_1[i] : SG_C(0.0);
+        s->lambda_1[i] = d_1;
+        s->lambda[i] = w->lambda[i];
+    }
+    s->order = known > 0 && !(error[1] < SG_C(0.5) * error[0]) ? 0 : 1;
+    if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {
+        s->order = 2;
+    }
+    s->warm = !same ? 0 : known < 2 ? known + 1 : 2;
+}
+
+/* Take over the end of the step; where contacts opened, closed or impacted the next starts cold. */
 static void sg_commit(SG(state) * s, const SG(work) * w) {
-    int i, k;
+    int k;
     int same = 1;
     for (k = 0; k < SG_NK; ++k) {
         const int closed = w->active[k];
@@ -101,13 +136,9 @@ static void sg_commit(SG(state) * s, const SG(work) * w) {
         }
         s->closed[k] = closed;
     }
-    for (i = 0; i < SG_NX_TOTAL; ++i) {
-        s->x[i] = w->x[i] + (w->v_end[i % SG_NQ] - w->v[i % SG_NQ]);
-    }
-    sg_copy(SG_NL_TOTAL, w->lambda, s->lambda);
+    sg_remember(s, w, same);
     sg_copy(SG_NQ, w->q_end, s->q);
     sg_copy(SG_NQ, w->v_end, s->v);
-    s->warm = same;
     s->h_guess = w->h;
     if (SG_CARRIES) {
         s->has_force = 1;
@@ -134,7 +165,12 @@ static void sg_reset_guess(SG(state) * s) {
     for (k = 0; k < SG_NK; ++k) {
         s->closed[k] = 0;
     }
+    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_1);
+    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_2);
+    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_1);
+    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_2);
     s->warm = 0;
+    s->order = 0;
     s->h_guess = SG_C(0.0);
     s->has_force = 0;
     sg_fill(SG_NGAMMA, SG_C(0.0), s->carried);

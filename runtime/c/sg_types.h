@@ -11,9 +11,14 @@ typedef struct {
    work.lambda, first row of the response table; gap_slots: in how many slots, from the first, the
    rows of g and g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows
    the last slot has; follows: only contacts that the problem before left closed take part; opening:
-   finds the constraint forces at the start, solved only if the state does not carry them. */
+   finds the constraint forces at the start, solved only if the state does not carry them; n_border:
+   size of K, which has the bilateral rows and percussions, too; K, B, C, C_radius: where entries of
+   the derivatives stand, B by columns. */
 typedef struct {
     int n_x, n_slots, x, lambda, response, gap_slots, last_rows, follows, opening;
+    int n_border;
+    sg_factors K;
+    sg_rows B, C, C_radius;
 } sg_problem;
 
 enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };   /* kind of a percussion row */
@@ -21,6 +26,8 @@ enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };   /* info.percussions */
 enum { SG_COLD = 1, SG_RAISED = 2, SG_PATH = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
+static const sg_factors sg_mass = {SG_MASS_TABLES};
+static const sg_rows sg_direction = {SG_DIRECTION_TABLES};
 static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};
 
 /* Response of the kinematics of a slot to its own percussion, times m_eff: of a gap divided by the
@@ -31,6 +38,8 @@ static const real sg_response[][2] = {SG_RESPONSE_TABLE};
 static void SG(start)(SG(work) * w, const SG(params) * par);
 static void SG(values)(SG(work) * w, const SG(params) * par, int problem);
 static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
+static int SG(eliminate)(SG(work) * w, int problem, int border);
+static void SG(substitute)(const SG(work) * w, int problem, int first, real b[]);
 static void SG(finish)(SG(work) * w);
 static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
                        real stage_R[]);

@@ -22,8 +22,15 @@ static f_state state;
 static f_info info;
 
 static int accepted(void) {
+    int problem;
     f_finish(&work);
-    return sg_check_step(&work, &par, &opt);
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        if (work.opened || !sg_problems[problem].opening) {
+            f_values(&work, &par, problem);
+            sg_keep_rows(&work, problem);
+        }
+    }
+    return sg_check_step(&work, &opt);
 }
 
 /* Every number of the problems that were solved, spoiled in turn. */

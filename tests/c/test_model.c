@@ -56,6 +56,8 @@ static void draw_start(void) {
 /* A step opened by hand: start, masses, prox parameters; all contacts take part. */
 static void open_step(double h) {
     int k, problem;
+    work.careful = 0;
+    work.deficiency = 0;
     work.t = state.t;
     work.h = h;
     work.friction = 1.0;
@@ -83,6 +85,44 @@ static void draw_unknowns(int problem) {
     }
 }
 
+/* Row i of [A B] (dx, dlambda); rows and dx in elimination order. */
+static double smooth_row(const m_work *w, const sg_problem *pr, int i, const double *dx,
+                         const double *dlambda) {
+    static double column[SG_NX_TOTAL];
+    double sum = 0.0;
+    int k;
+    for (k = sg_table[pr->K.start + i];
+         k < sg_table[pr->K.start + i + 1] && sg_table[pr->K.index + k] < pr->n_x; ++k) {
+        sum += w->K[k] * dx[sg_table[pr->K.index + k]];
+    }
+    for (k = 0; k < pr->n_slots * SG_NC; ++k) {
+        sg_fill(pr->n_x, 0.0, column);
+        sg_add_row(&pr->B, w->B, k, 1.0, column);
+        sum += column[i] * dlambda[k];
+    }
+    return sum;
+}
+
+/* Change of phi in row k for a direction. */
+static double contact_row(const m_work *w, const sg_problem *pr, int k, const double *dx,
+                          const double *dlambda) {
+    static double dy[ROWS], zero[ROWS];
+    const int n_lambda = pr->n_slots * SG_NC;
+    double sum;
+    int i;
+    if (w->kind[k] == SG_ROW_ZERO) {
+        return dlambda[k];
+    }
+    for (i = 0; i < n_lambda; ++i) {
+        dy[i] = sg_row_dot(&pr->C, w->C, i, dx);
+    }
+    sum = sg_phi_change(w, pr, k, dy, sg_bound_change(w, pr, k, dx), -1);
+    for (i = 0; i < n_lambda; ++i) {
+        sum += sg_phi_change(w, pr, k, zero, 0.0, i) * dlambda[i];
+    }
+    return sum;
+}
+
 /* A, B, C and the derivatives of the contact rows against central differences. */
 static void test_newton_matrix(void) {
     int trial, problem, i, k;
@@ -90,17 +130,17 @@ static void test_newton_matrix(void) {
         draw_start();
         open_step(0.02);
         draw_unknowns(0);
-        sg_evaluate(&work, &par, 0);
+        sg_evaluate(&work, &par, &opt, 0);
         for (problem = 0; problem < SG_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
             const int n_lambda = pr->n_slots * SG_NC;
             const double eps = 1e-6;
-            static double dr[SG_NX_TOTAL], dphi[ROWS], zero[SG_NX_TOTAL], r_plus[SG_NX_TOTAL];
+            static double dr[SG_NX_TOTAL], dphi[ROWS], r_plus[SG_NX_TOTAL];
             static double phi_plus[ROWS];
             static int kind[ROWS];
             int same = 1;
             draw_unknowns(problem);
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
             m_derivatives(&work, &par, problem);
             for (i = 0; i < pr->n_x; ++i) {
                 work.dx[i] = uniform();
@@ -110,33 +150,23 @@ static void test_newton_matrix(void) {
                 kind[k] = work.kind[k];
             }
             for (i = 0; i < pr->n_x; ++i) {
-                dr[i] = sg_dot(pr->n_x, &work.A[i * pr->n_x], work.dx);
-                for (k = 0; k < n_lambda; ++k) {
-                    dr[i] += work.B[k * pr->n_x + i] * work.dlambda[k];
-                }
+                dr[sg_table[pr->K.order + i]] = smooth_row(&work, pr, i, work.dx, work.dlambda);
             }
             for (k = 0; k < n_lambda; ++k) {
-                if (kind[k] == SG_ROW_ZERO) {
-                    dphi[k] = work.dlambda[k];
-                } else {
-                    dphi[k] = sg_phi_change(&work, pr, k, work.dx, -1);
-                    for (i = 0; i < n_lambda; ++i) {
-                        dphi[k] += sg_phi_change(&work, pr, k, zero, i) * work.dlambda[i];
-                    }
-                }
+                dphi[k] = contact_row(&work, pr, k, work.dx, work.dlambda);
                 ++counted[kind[k]];
             }
             sg_copy(pr->n_x, &work.x[pr->x], work.x_old);
             sg_copy(n_lambda, &work.lambda[pr->lambda], work.lambda_old);
             sg_move(&work, problem, eps);
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
             sg_copy(pr->n_x, work.r, r_plus);
             sg_copy(n_lambda, work.phi, phi_plus);
             for (k = 0; k < n_lambda; ++k) {
                 same = same && kind[k] == work.kind[k];
             }
             sg_move(&work, problem, -eps);
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
             for (k = 0; k < n_lambda; ++k) {
                 same = same && kind[k] == work.kind[k];
             }
@@ -149,7 +179,7 @@ static void test_newton_matrix(void) {
                 ENSURE(fabs(slope - dphi[k]) <= 1e-5 * (1.0 + fabs(slope)));
             }
             sg_move(&work, problem, 0.0);
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
         }
     }
 }
@@ -164,9 +194,9 @@ static void test_newton_direction(void) {
             const sg_problem *pr = &sg_problems[problem];
             const int n_lambda = pr->n_slots * SG_NC;
             draw_unknowns(problem);
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
             m_derivatives(&work, &par, problem);
-            other = work; /* the factorisation overwrites A */
+            other = work;
             if (sg_newton_direction(&work, &opt, problem, 0) == 0) {
                 double size = 0.0;
                 for (i = 0; i < pr->n_x; ++i) {
@@ -176,36 +206,69 @@ static void test_newton_direction(void) {
                     size = sg_max(size, fabs(work.dlambda[k]));
                 }
                 for (i = 0; i < pr->n_x; ++i) {
-                    double sum = other.r[i] + sg_dot(pr->n_x, &other.A[i * pr->n_x], work.dx);
-                    for (k = 0; k < n_lambda; ++k) {
-                        sum += other.B[k * pr->n_x + i] * work.dlambda[k];
-                    }
+                    const double sum = other.r[sg_table[pr->K.order + i]] +
+                                       smooth_row(&other, pr, i, work.dx, work.dlambda);
                     ENSURE(fabs(sum) <= 1e-9 * (1.0 + size));
                 }
                 for (k = 0; k < n_lambda; ++k) {
-                    static double zero[SG_NX_TOTAL];
-                    double sum = other.phi[k];
-                    if (other.kind[k] == SG_ROW_ZERO) {
-                        sum += work.dlambda[k];
-                    } else {
-                        sum += sg_phi_change(&other, pr, k, work.dx, -1);
-                        for (i = 0; i < n_lambda; ++i) {
-                            sum += sg_phi_change(&other, pr, k, zero, i) * work.dlambda[i];
-                        }
-                    }
+                    const double sum =
+                        other.phi[k] + contact_row(&other, pr, k, work.dx, work.dlambda);
                     ENSURE(fabs(sum) <= 1e-7 * (1.0 + size));
                 }
                 ++counted[3];
             }
             work = other;
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
+        }
+    }
+}
+
+/* Elimination with the border, without it, and with exchange of rows give the same direction. */
+static void test_eliminations_agree(void) {
+    static double dx[SG_NX_TOTAL], dlambda[ROWS];
+    int trial, problem, way, i, k;
+    for (trial = 0; trial < 20; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n_lambda = pr->n_slots * SG_NC;
+            draw_unknowns(problem);
+            sg_evaluate(&work, &par, &opt, problem);
+            m_derivatives(&work, &par, problem);
+            for (way = 0; way < 3; ++way) {
+                int n;
+                work.careful = way == 2;
+                n = sg_reduce(&work, problem, way == 0);
+                ENSURE(n >= 0 && (way == 0 || !work.bordered) && work.exchanged == (way == 2));
+                if (n < 0 || !sg_solve_regular(&work, n)) {
+                    break; /* dependent rows: each way finds another of many percussions */
+                }
+                sg_expand_direction(&work, pr, n);
+                for (i = 0; i < pr->n_x; ++i) {
+                    ENSURE(way == 0 || fabs(work.dx[i] - dx[i]) <= 1e-8 * (1.0 + fabs(dx[i])));
+                    dx[i] = work.dx[i];
+                }
+                for (k = 0; k < n_lambda; ++k) {
+                    ENSURE(way == 0 ||
+                           fabs(work.dlambda[k] - dlambda[k]) <= 1e-8 * (1.0 + fabs(dlambda[k])));
+                    dlambda[k] = work.dlambda[k];
+                }
+            }
+            work.careful = 0;
+            sg_evaluate(&work, &par, &opt, problem);
         }
     }
 }
 
 static int accepted(void) {
+    int problem;
     m_finish(&work);
-    return sg_check_step(&work, &par, &opt);
+    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        m_values(&work, &par, problem);
+        sg_keep_rows(&work, problem);
+    }
+    return sg_check_step(&work, &opt);
 }
 
 /* Steps on the way from the start; each solution is spoiled in one number at a time. */
@@ -257,8 +320,6 @@ static void test_checker(void) {
 static void test_ends(void) {
     m_params bad = par;
     double measure = 0.0;
-    double merit = 0.0;
-    double stall = 0.0;
     int iterations = 0;
     int problem;
     draw_start();
@@ -274,21 +335,21 @@ static void test_ends(void) {
         work.x[pr->x] = NAN;
         ENSURE(sg_newton(&work, &par, &opt, problem, 5, 0, &iterations, &measure) == M_NONFINITE);
         ENSURE(sg_newton(&work, &par, &opt, problem, 5, 1, &iterations, &measure) == M_NONFINITE);
-        ENSURE(sg_residual(&work, &opt, problem, &merit, &stall) == SG_HUGE);
+        ENSURE(sg_residual(&work, &opt, problem) == SG_HUGE);
         draw_unknowns(problem);
-        sg_evaluate(&work, &par, problem);
+        sg_evaluate(&work, &par, &opt, problem);
         if (n_lambda > 0) {
             work.phi[n_lambda - 1] = INFINITY;
-            ENSURE(sg_residual(&work, &opt, problem, &merit, &stall) == SG_HUGE);
+            ENSURE(sg_residual(&work, &opt, problem) == SG_HUGE);
         }
         /* a smooth block that is singular or not finite */
-        sg_evaluate(&work, &par, problem);
+        sg_evaluate(&work, &par, &opt, problem);
         m_derivatives(&work, &par, problem);
-        sg_fill(pr->n_x * pr->n_x, 0.0, work.A);
+        sg_fill(sg_table[pr->K.start + pr->n_border], 0.0, work.K);
         ENSURE(sg_newton_direction(&work, &opt, problem, 0) == -1);
-        sg_fill(pr->n_x * pr->n_x, NAN, work.A);
+        sg_fill(sg_table[pr->K.start + pr->n_border], NAN, work.K);
         ENSURE(sg_newton_direction(&work, &opt, problem, 1) == -1);
-        ENSURE(sg_reduce(&work, problem) == -1);
+        ENSURE(sg_reduce(&work, problem, 1) == -1);
         /* one undamped and one damped solution agree */
         sg_cold_start(&work, problem);
         if (sg_newton(&work, &par, &opt, problem, 50, 0, &iterations, &measure) == M_OK) {
@@ -309,42 +370,68 @@ static void test_ends(void) {
     ENSURE(m_step(&state, &work, &info, &bad, &opt, u, 0.01) > M_OK_SUBSTEPPED || !M_MASSES);
     memset(&bad, 0xff, sizeof bad); /* all NaN */
     ENSURE(m_step(&state, &work, &info, &bad, &opt, u, 0.01) > M_OK_SUBSTEPPED || !M_MASSES);
-    ENSURE(!sg_path(&work, &bad, 0, 0) || !M_MASSES);
+    ENSURE(!sg_path(&work, &bad, &opt, 0, 0) || !M_MASSES);
     memset(&bad, 0, sizeof bad);
     if (M_MASSES) {
         open_step(0.02);
         draw_unknowns(0);
         ENSURE(sg_newton(&work, &bad, &opt, 0, 5, 0, &iterations, &measure) == M_SINGULAR);
-        ENSURE(!sg_path(&work, &bad, 0, 0));
+        ENSURE(!sg_path(&work, &bad, &opt, 0, 0));
     }
     /* masses: not finite, singular, without a diagonal */
     open_step(0.01);
-    work.mass[0] = NAN;
+    work.mass[0] = work.mass_pivot[0] = NAN;
     ENSURE(!sg_masses(&work));
     open_step(0.01);
     work.p[0] = INFINITY;
     ENSURE(!sg_masses(&work));
     open_step(0.01);
-    sg_fill(SG_NQ * SG_NQ, 0.0, work.mass);
+    sg_fill(sg_table[sg_mass.start + SG_NQ], 0.0, work.mass);
+    sg_fill(SG_NQ, 0.0, work.mass_pivot);
     ENSURE(!sg_masses(&work));
     if (SG_NC > 0) {
         open_step(0.01);
-        sg_fill(SG_NC * SG_NQ, 0.0, work.direction); /* no direction pushes: masses are borrowed */
+        /* no direction pushes: masses are borrowed */
+        sg_fill(sg_table[sg_direction.start + SG_NC], 0.0, work.direction);
+        sg_fill(SG_NC, 0.0, work.mobility);
         ENSURE(sg_masses(&work) && work.m_eff[0] == work.inertia[0]);
-        sg_fill(SG_NC * SG_NQ, 1e-160, work.direction); /* a mass beyond all numbers */
+        /* a mass beyond all numbers */
+        sg_fill(sg_table[sg_direction.start + SG_NC], 1e-160, work.direction);
+        sg_fill(SG_NC, 1e-320, work.mobility);
         ENSURE(!sg_masses(&work));
+    }
+    if (SG_MOBILITY) {
+        /* the same masses without the generated mobilities */
+        int c;
+        open_step(0.01);
+        other = work;
+        sg_fill(SG_NQ, 0.0, work.mass_pivot);
+        ENSURE(sg_masses(&work));
+        for (c = 0; c < SG_NC; ++c) {
+            ENSURE(fabs(work.m_eff[c] - other.m_eff[c]) <= 1e-12 * fabs(other.m_eff[c]));
+        }
     }
     if (SG_NQ > 1) {
         /* a diagonal of zeros: what the rest of the row says */
-        double M[SG_NQ * SG_NQ], inertia[SG_NQ];
-        sg_fill(SG_NQ * SG_NQ, 0.0, M);
-        M[1] = 3.0;
-        M[SG_NQ] = 3.0;
-        sg_inertia(M, inertia);
-        ENSURE(inertia[0] == 3.0 && inertia[1] == 3.0);
-        M[SG_NQ + 1] = 2.0;
-        sg_inertia(M, inertia);
-        ENSURE(inertia[0] == 4.5 && inertia[1] == 2.0);
+        int k, at = -1;
+        for (k = sg_table[sg_mass.start + 0]; k < sg_table[sg_mass.start + 1]; ++k) {
+            at = sg_table[sg_mass.index + k] == 1 ? k : at;
+        }
+        if (at >= 0) {
+            const int first = sg_table[sg_mass.order + 0];
+            const int second = sg_table[sg_mass.order + 1];
+            int mirror = sg_table[sg_mass.start + 1];
+            while (sg_table[sg_mass.index + mirror] != 0) {
+                ++mirror;
+            }
+            sg_fill(sg_table[sg_mass.start + SG_NQ], 0.0, work.mass);
+            work.mass[at] = work.mass[mirror] = 3.0;
+            sg_inertia(&work);
+            ENSURE(work.inertia[first] == 3.0 && work.inertia[second] == 3.0);
+            work.mass[sg_table[sg_mass.diagonal + 1]] = 2.0;
+            sg_inertia(&work);
+            ENSURE(work.inertia[first] == 4.5 && work.inertia[second] == 2.0);
+        }
     }
 }
 
@@ -364,7 +451,7 @@ static void test_least_norm(void) {
             for (i = 0; i < n_lambda; ++i) {
                 work.lambda[pr->lambda + i] = fabs(work.lambda[pr->lambda + i]) + 2.0;
             }
-            sg_evaluate(&work, &par, problem);
+            sg_evaluate(&work, &par, &opt, problem);
             other = work;
             choice = sg_least_norm(&work, &par, &opt, problem, &measure);
             ENSURE(choice != SG_LEAST_NORM); /* a point that solves nothing stays */
@@ -495,7 +582,7 @@ static void test_paths_and_rescues(void) {
             double measure = 0.0;
             sg_cold_start(&work, problem);
             sg_leave_out(&work, problem);
-            if (sg_path(&work, &par, problem, trial % 3)) {
+            if (sg_path(&work, &par, &opt, problem, trial % 3)) {
                 ++followed;
                 check_linear_laws(problem);
                 sg_settle(&work, &par, &opt, problem, SG_HELD, &iterations);
@@ -731,6 +818,7 @@ int main(void) {
     opt.max_halvings = 4;
     test_newton_matrix();
     test_newton_direction();
+    test_eliminations_agree();
     test_ends();
     test_checker();
     test_least_norm();

@@ -9,10 +9,15 @@
 #define SG_K(name) UNIT_##name
 #define SG_FLOAT 0
 typedef double unit_real;
+typedef unsigned char sg_index;
+/* an arrow: order, start, column, diagonal */
+static const sg_index sg_table[] = {0, 1, 2, 3, 0, 2, 4, 6, 10, 0, 3, 1,
+                                    3, 2, 3, 0, 1, 2, 3, 0, 2,  4, 9};
 #include "sg_real.h"
 
 #include "sg_linalg.c"
 #include "sg_prox.c"
+#include "sg_sparse.c"
 
 static int failures = 0;
 
@@ -159,7 +164,64 @@ static void test_vectors(void) {
     ENSURE(!sg_all_finite(3, y) && !sg_finite(NAN) && sg_max(1.0, 2.0) == 2.0);
 }
 
+/* An arrow: every row couples with the last, whose pivot is what the others leave. */
+static void test_sparse(void) {
+    static const int diagonal[] = {0, 2, 4, 9};
+    const sg_factors p = {0, 4, 9, 19};
+    const sg_rows rows = {4, 9};
+    const double scale[4] = {1.0, 1.0, 1.0, 1.0};
+    int trial, i, k;
+    for (trial = 0; trial < 200; ++trial) {
+        double A[10], LU[10], full[16], x[4], b[4], row[4], ones[4];
+        int pivot[4];
+        for (k = 0; k < 10; ++k) {
+            A[k] = uniform();
+        }
+        for (i = 0; i < 4; ++i) {
+            A[diagonal[i]] += A[diagonal[i]] > 0.0 ? 3.0 : -3.0;
+            x[i] = uniform();
+            ones[i] = 1.0;
+        }
+        for (i = 0; i < 4; ++i) {
+            b[i] = sg_row_dot(&rows, A, i, x);
+        }
+        sg_expand(4, &p, A, full);
+        for (i = 0; i < 4; ++i) {
+            ENSURE_NEAR(sg_dot(4, &full[4 * i], x), b[i], 1e-14);
+        }
+        /* in two goes, as velocities and percussions are */
+        ENSURE(sg_sparse_factor(0, 3, &p, scale, 1e-6, A, LU, row));
+        ENSURE(sg_sparse_factor(3, 4, &p, scale, 1e-6, A, LU, row));
+        ENSURE(sg_pivots_hold(0, 4, &p, scale, 1e-6, LU));
+        ENSURE(!sg_pivots_hold(0, 4, &p, scale, 1e6, LU));
+        ENSURE(!sg_sparse_factor(0, 4, &p, scale, 1e6, A, LU, row));
+        ENSURE(sg_sparse_factor(0, 4, &p, scale, 0.0, A, LU, row));
+        sg_sparse_solve(4, &p, LU, 0, b);
+        for (i = 0; i < 4; ++i) {
+            ENSURE_NEAR(b[i], x[i], 1e-12);
+        }
+        ENSURE(sg_lu_factor(4, full, ones, pivot));
+        ENSURE(sg_lu_is_regular(4, full, 1e-6) && !sg_lu_is_regular(4, full, 1.5));
+        /* a right-hand side that begins with zeros */
+        sg_fill(4, 0.0, b);
+        sg_fill(4, 0.0, x);
+        sg_add_row(&rows, A, 2, 2.0, b);
+        x[2] = 2.0 * A[4];
+        x[3] = 2.0 * A[5];
+        sg_sparse_solve(4, &p, LU, 2, b);
+        sg_lu_solve(4, full, pivot, x);
+        for (i = 0; i < 4; ++i) {
+            ENSURE_NEAR(b[i], x[i], 1e-12);
+        }
+        A[diagonal[1]] = NAN;
+        ENSURE(!sg_sparse_factor(0, 4, &p, scale, 1e-6, A, LU, row));
+        A[diagonal[1]] = 0.0;
+        ENSURE(!sg_sparse_factor(0, 4, &p, scale, 1e-6, A, LU, row));
+    }
+}
+
 int main(void) {
+    test_sparse();
     test_vectors();
     test_lu();
     test_rank_revealing();

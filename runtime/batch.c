@@ -1,0 +1,95 @@
+/* Many runs of one stepper on threads. Part of the library that Python loads, not of a generated
+   folder: compiled with the generated header included and SIGNORINI_PREFIX set to its prefix. */
+#include <pthread.h>
+#include <stdlib.h>
+
+#define SIGNORINI_PASTE(a, b) a##_##b
+#define SIGNORINI_JOIN(a, b) SIGNORINI_PASTE(a, b)
+#define SG(name) SIGNORINI_JOIN(SIGNORINI_PREFIX, name)
+
+/* Inputs of a batch, run by run, and where its rows go. Row 0 of every run belongs to its start. */
+typedef struct {
+    int n_runs, n_steps, every, n_u_rows; /* n_u_rows: rows of inputs of a run, 0: all share them */
+    int n_q, n_R, n_u;
+    SG(real) h;
+    const SG(real) * t0, *q0, *v0, *u;
+    const SG(params) * params;
+    const SG(options) * options;
+    SG(real) * t, *q, *v, *P, *residual, *smallest_gap;
+    int *counts, *status, *done;
+} SG(batch);
+
+typedef struct {
+    const SG(batch) * batch;
+    pthread_mutex_t *lock;
+    int *next;
+} worker;
+
+static void run_one(const SG(batch) * b, int k, SG(work) * work) {
+    const long rows = b->n_steps / b->every + 1;
+    const long first = (long)k * rows + 1;
+    SG(state) state;
+    SG(info) info;
+    SG(record) record;
+    record.t = &b->t[first];
+    record.q = &b->q[first * b->n_q];
+    record.v = &b->v[first * b->n_q];
+    record.P = b->n_R > 0 ? &b->P[first * b->n_R] : NULL;
+    record.residual = &b->residual[first];
+    record.smallest_gap = &b->smallest_gap[first];
+    record.counts = &b->counts[first * 6];
+    record.stage_t = record.stage_q = record.stage_v = record.stage_R = NULL;
+    b->done[k] = 0;
+    b->status[k] = SG(init)(&state, &b->params[k], b->options, b->t0[k], &b->q0[(long)k * b->n_q],
+                            &b->v0[(long)k * b->n_q]);
+    if (b->status[k] == 0) {
+        const SG(real) *u = b->n_u > 0 ? &b->u[(long)k * b->n_u_rows * b->n_u] : NULL;
+        b->status[k] = SG(simulate)(&state, work, &info, &b->params[k], b->options, u, b->h,
+                                    b->n_steps, b->every, &record, &b->done[k]);
+    }
+}
+
+static void *work_off(void *argument) {
+    const worker *me = argument;
+    SG(work) *work = malloc(sizeof *work);
+    for (;;) {
+        int k;
+        pthread_mutex_lock(me->lock);
+        k = work != NULL ? (*me->next)++ : me->batch->n_runs;
+        pthread_mutex_unlock(me->lock);
+        if (k >= me->batch->n_runs) {
+            break;
+        }
+        run_one(me->batch, k, work);
+    }
+    free(work);
+    return NULL;
+}
+
+/* Run the batch on up to `n_threads` threads. Returns the number of runs that were taken up: less
+   than n_runs only if memory is short. */
+int SG(run_batch)(const SG(batch) * batch, int n_threads) {
+    pthread_mutex_t lock;
+    pthread_t *threads = malloc((size_t)n_threads * sizeof *threads);
+    int next = 0;
+    int started = 0;
+    worker me;
+    me.batch = batch;
+    me.lock = &lock;
+    me.next = &next;
+    if (threads == NULL || pthread_mutex_init(&lock, NULL) != 0) {
+        free(threads);
+        return 0;
+    }
+    /* the calling thread works, too */
+    while (started < n_threads - 1 && pthread_create(&threads[started], NULL, work_off, &me) == 0) {
+        ++started;
+    }
+    (void)work_off(&me);
+    while (started > 0) {
+        pthread_join(threads[--started], NULL);
+    }
+    pthread_mutex_destroy(&lock);
+    free(threads);
+    return next < batch->n_runs ? next : batch->n_runs;
+}

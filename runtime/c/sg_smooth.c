@@ -1,0 +1,66 @@
+/* The linear system of one problem: velocities dx, and bilateral percussions where their rows are
+   independent. Vectors stand in elimination order: n_x velocities, then n_border - n_x percussions,
+   which are zero where only the velocities are eliminated. */
+
+/* Factorise K, with `border` up to its bilateral rows if these are independent (w->bordered).
+   Rows are exchanged where pivots on the diagonal are too small or w->careful says so. Returns 0 if
+   the block of the velocities is singular or not finite. */
+static int sg_factor_smooth(SG(work) * w, int problem, int border) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n_x = pr->n_x;
+    int k;
+    for (k = 0; k < n_x; ++k) {
+        w->pivot_scale[k] = w->inertia[sg_table[pr->K.order + k] % SG_NQ];
+    }
+    w->bordered = 0;
+    w->exchanged = w->careful || !SG(eliminate)(w, problem, 0);
+    if (w->exchanged) {
+        for (k = 0; k < n_x; ++k) {
+            w->pivot_scale[k] = w->root_inertia[sg_table[pr->K.order + k] % SG_NQ];
+        }
+        sg_expand(n_x, &pr->K, w->K, w->full);
+        return sg_lu_factor(n_x, w->full, w->pivot_scale, w->pivot);
+    }
+    if (border) {
+        /* the answer of a row to its own percussion while all others are absent */
+        for (k = n_x; k < pr->n_border; ++k) {
+            w->pivot_scale[k] = SG_C(1.0) / w->r_auto[sg_table[pr->K.order + k] - n_x];
+        }
+        w->bordered = SG(eliminate)(w, problem, 1);
+    }
+    return 1;
+}
+
+/* b := K^-1 b, where b is zero before `first`. */
+static void sg_solve_smooth(const SG(work) * w, int problem, int first, real *b) {
+    const sg_problem *pr = &sg_problems[problem];
+    if (w->exchanged) {
+        sg_lu_solve(pr->n_x, w->full, w->pivot, b);
+    } else if (w->bordered) {
+        SG(substitute)(w, problem, first, b);
+    } else {
+        sg_sparse_solve(pr->n_x, &pr->K, w->factors, first, b);
+    }
+}
+
+/* dx := -r and, with a border, minus the bilateral rows. */
+static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
+    int k;
+    for (k = 0; k < pr->n_x; ++k) {
+        w->dx[k] = -w->r[sg_table[pr->K.order + k]];
+    }
+    for (k = pr->n_x; k < pr->n_border; ++k) {
+        w->dx[k] = w->bordered ? -w->y[sg_table[pr->K.order + k] - pr->n_x] : SG_C(0.0);
+    }
+}
+
+/* How the velocities answer to percussion k, with opposite sign. */
+static void sg_answer(const SG(work) * w, int problem, int k, real *z) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int begin = sg_table[pr->B.start + k];
+    sg_fill(pr->n_border, SG_C(0.0), z);
+    if (begin < sg_table[pr->B.start + k + 1]) {
+        sg_add_row(&pr->B, w->B, k, SG_C(1.0), z);
+        sg_solve_smooth(w, problem, sg_table[pr->B.index + begin], z);
+    }
+}
