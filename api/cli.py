@@ -540,6 +540,123 @@ def _check_figure(option: str, path: Path) -> None:
     _check_file(path)
 
 
+@app.command
+def sweep(
+    model: str,
+    *,
+    over: Annotated[list[str], Parameter(consume_multiple=True, negative=())],
+    set: Pairs = None,
+    stages: int = 3,
+    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    precision: Literal["double", "float"] = "double",
+    dt: float | None = None,
+    t_end: float | None = None,
+    every: int = 1,
+    last: int | None = None,
+    batch: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    out: Path = Path("sweep.zarr"),
+    plot: Path | None = None,
+    show: str | None = None,
+) -> None:
+    """Run MODEL over a grid of parameters and initial values, on many processes.
+
+    Results go to one Zarr store as they come. The same command again goes on after an
+    interruption; batches that are in the store are not run again.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    over
+        Axes, NAME=FIRST:LAST:COUNT or NAME=VALUE,VALUE,...; a parameter, a coordinate or a
+        velocity (initial values).
+    set
+        Parameters of all runs, NAME=VALUE ...
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    scheme
+        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+    precision
+        Real type of the generated C.
+    dt
+        Step size, by default what the model suggests or 0.01.
+    t_end
+        End of the runs, by default what the model suggests or 2.
+    every
+        Record every N-th step.
+    last
+        Keep only the last N recorded rows of each run.
+    batch
+        Runs of a batch, by default so that each worker gets several.
+    workers
+        Processes on this machine, by default one for each processor.
+    scheduler
+        Address of a running Dask scheduler, in place of workers.
+    out
+        The store.
+    plot
+        Picture of one column of the rows kept against the first axis.
+    show
+        That column, by default the first coordinate.
+    """
+    from signorini import sweep as sweeping
+    from signorini.locate import find_model
+    from signorini.workflow import build
+
+    if workers is not None and scheduler is not None:
+        raise RunError("--workers and --scheduler exclude each other")
+    for option, value in (
+        *(("--every", every), ("--last", last), ("--batch", batch), ("--workers", workers)),
+    ):
+        if value is not None and value < 1:
+            raise RunError(f"{option} {value}: give at least one")
+    console = Console()
+    if plot is not None:
+        _check_figure("--plot", plot)
+    with console.status(f"generating and compiling {model}"):
+        chosen = find_model(model)
+        stepper = build(chosen, stages=stages, scheme=scheme, precision=precision)
+    grid = {"dt": 1e-2, "t_end": 2.0} | chosen.suggested
+    axes = tuple(sweeping.axis(text) for text in over)
+    sweeping.check_axes(stepper, axes)
+    fixed = _pairs("--set", set)
+    stepper.check_parameters(fixed)
+    end, h = (grid[k] if x is None else x for k, x in (("t_end", t_end), ("dt", dt)))
+    if not (h > 0 and end > stepper.initial_state(fixed)[0]):
+        raise RunError(
+            f"--dt {h:g} --t-end {end:g}: give a step size > 0 and an end after the start"
+        )
+    plan = sweeping.Sweep(axes, fixed, end, h, every, last)
+    column = sweeping.column_of(stepper, show) if plot is not None else None
+    size = batch or max(1, min(256, plan.size // 64))
+    with Progress(
+        TextColumn("{task.completed} of {task.total} batches"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+    ) as bar:
+        task = bar.add_task("", total=None)
+        store = sweeping.run_sweep(
+            stepper,
+            plan,
+            out,
+            batch=size,
+            workers=workers,
+            scheduler=scheduler,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+    for line in sweeping.summary(store):
+        console.print(line, markup=False, highlight=False)
+    console.print(f"store: {out}", markup=False, highlight=False, soft_wrap=True)
+    if plot is not None and column is not None:
+        sweeping.diagram(store, *column, plot)
+        console.print(f"picture: {plot}", markup=False, highlight=False, soft_wrap=True)
+
+
 def _pairs(option: str, pairs: list[str] | None) -> dict[str, float]:
     """NAME=VALUE ... as a dictionary."""
     values: dict[str, float] = {}

@@ -1,0 +1,361 @@
+"""A model over a grid of parameters and initial values: batches on processes, one store."""
+
+import contextlib
+import itertools
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from signorini.runtime.arguments import grid
+from signorini.runtime.errors import RunError
+from signorini.runtime.stepper import Stepper
+from signorini.workflow import build_files
+
+_ADVICE = "install it with: pip install 'signorini[sweep]'"
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values of one parameter, coordinate (initial value) or velocity (initial value)."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What is run: the product of the axes, the last axis fastest."""
+
+    axes: tuple[Axis, ...]
+    fixed: dict[str, float]
+    t_end: float
+    dt: float
+    every: int
+    last: int | None
+
+    @property
+    def size(self) -> int:
+        """Number of runs."""
+        return math.prod(len(a.values) for a in self.axes)
+
+    def points(self) -> np.ndarray:
+        """Values of the axes, run by run, shape (n, n_axes)."""
+        product = itertools.product(*(a.values for a in self.axes))
+        return np.array(list(product), dtype=float).reshape(self.size, len(self.axes))
+
+
+def axis(text: str) -> Axis:
+    """Read ``name=first:last:count`` or ``name=value,value,...``.
+
+    Raises
+    ------
+    RunError
+        If the text says neither.
+    """
+    name, equal, rest = text.partition("=")
+    try:
+        if not (name and equal):
+            raise ValueError
+        parts = rest.split(":")
+        if len(parts) == 3:
+            count = int(parts[2])
+            if count < 1:
+                raise ValueError
+            ends = float(parts[0]), float(parts[1])
+            if not all(math.isfinite(x) for x in ends):
+                raise ValueError
+            values = np.linspace(*ends, count)
+        elif len(parts) == 1:
+            values = np.array([float(x) for x in rest.split(",")])
+        else:
+            raise ValueError
+    except ValueError:
+        raise RunError(
+            f"--over {text}: write name=first:last:count or name=value,value,..."
+        ) from None
+    if not np.all(np.isfinite(values)):
+        raise RunError(f"--over {text}: give finite numbers")
+    return Axis(name, tuple(float(x) for x in values))
+
+
+def check_axes(stepper: Stepper, axes: tuple[Axis, ...]) -> None:
+    """See that every axis has a name of the model, and only one.
+
+    Raises
+    ------
+    RunError
+        Naming the axis.
+    """
+    m = stepper.manifest
+    known = (*stepper.parameters, *m["coordinates"], *m["velocities"])
+    for k, a in enumerate(axes):
+        if a.name not in known:
+            raise RunError(
+                f"model '{stepper.name}' has no parameter, coordinate or velocity '{a.name}'; "
+                f"it has: {', '.join(known)}"
+            )
+        if a.name in {b.name for b in axes[:k]}:
+            raise RunError(f"'{a.name}' is swept twice")
+        if a.name in stepper.parameters:
+            for value in (min(a.values), max(a.values)):
+                stepper.check_parameters({a.name: value})
+
+
+def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[str, Any]:
+    """Run some points; on a worker. Results as arrays, rows cut to the last ones asked for."""
+    stepper = _stepper(json.dumps(files, sort_keys=True))
+    m = stepper.manifest
+    parameters: dict[str, Any] = {
+        name: value for name, value in sweep.fixed.items() if name in stepper.parameters
+    }
+    q0: dict[str, Any] = {}
+    v0: dict[str, Any] = {}
+    for k, a in enumerate(sweep.axes):
+        column = points[:, k]
+        if a.name in stepper.parameters:
+            parameters[a.name] = column
+        elif a.name in m["coordinates"]:
+            q0[a.name] = column
+        else:
+            v0[a.name] = column
+    t0 = np.full(len(points), stepper.initial_state(None)[0])
+    batch = stepper.simulate_batch(
+        t_end=sweep.t_end,
+        dt=sweep.dt,
+        every=sweep.every,
+        t0=t0,
+        q0=q0 or None,
+        v0=v0 or None,
+        parameters=parameters,
+        threads=1,
+    )
+    rows = slice(-sweep.last, None) if sweep.last else slice(None)
+    return {
+        **{name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")},
+        "steps": batch.steps,
+        "status": np.array([stepper._library.statuses.index(s) for s in batch.status]),
+    }
+
+
+@lru_cache(maxsize=4)
+def _stepper(files: str) -> Stepper:
+    return build_files(json.loads(files))
+
+
+def read_files(stepper: Stepper) -> dict[str, str]:
+    """The generated folder of a stepper as text, to be sent to workers."""
+    return {p.name: p.read_text(encoding="utf-8") for p in sorted(stepper.folder.iterdir())}
+
+
+class Store:
+    """One Zarr group that holds the results; a chunk of runs belongs to a batch.
+
+    Arrays ``t``, ``q``, ``v``, ``P``, ``steps``, ``status`` (codes, texts in the attributes) and
+    ``points`` (values of the axes), run by run; ``done`` says which batches are in.
+
+    Raises
+    ------
+    RunError
+        If zarr is missing, or the folder holds anything else than this very sweep.
+    """
+
+    def __init__(self, folder: Path, stepper: Stepper, sweep: Sweep, batch: int) -> None:
+        zarr = _module("zarr")
+        m = stepper.manifest
+        about = {
+            "format": _FORMAT,
+            "model": m["model"],
+            "model_hash": m["model_hash"],
+            "runtime_hash": m["runtime_hash"],
+            "stages": m["stages"],
+            "scheme": m["scheme"],
+            "precision": m["precision"],
+            "batch": batch,
+            "coordinates": m["coordinates"],
+            "velocities": m["velocities"],
+            "statuses": [name for name, _ in m["statuses"]],
+            "sweep": json.loads(json.dumps(asdict(sweep))),
+        }
+        if folder.exists() and any(folder.iterdir()):
+            try:
+                self.group = zarr.open_group(folder, mode="r+")
+                found = dict(self.group.attrs)
+            except Exception as error:  # zarr raises many kinds for folders that are none of its
+                raise RunError(f"{folder} is no store of a sweep ({error})") from None
+            if found != about:
+                keys = [k for k in about if found.get(k) != about[k]]
+                raise RunError(
+                    f"{folder} holds another sweep: {', '.join(keys) or 'its format'} differs. "
+                    "Choose another --out, or remove the folder"
+                )
+            return
+        self.group = zarr.open_group(folder, mode="w")
+        n, sizes = sweep.size, stepper.sizes
+        _, steps = grid(stepper.initial_state(None)[0], sweep.t_end, sweep.dt)
+        rows = steps // min(sweep.every, steps + 1) + 1
+        rows = min(rows, sweep.last) if sweep.last else rows
+        shapes: dict[str, tuple[int, ...]] = {
+            "t": (rows,),
+            "q": (rows, sizes["n_q"]),
+            "v": (rows, sizes["n_q"]),
+            "P": (rows, sizes["n_R"]),
+        }
+        for name, shape in shapes.items():
+            self._array(name, (n, *shape), (batch, *(max(x, 1) for x in shape)), "f8", np.nan)
+        for name in ("steps", "status"):
+            self._array(name, (n,), (batch,), "i4", -1)
+        self._array("points", (n, len(sweep.axes)), (n, max(len(sweep.axes), 1)), "f8", np.nan)
+        self._array("done", (math.ceil(n / batch),), (1,), "i1", 0)
+        self.group["points"][:] = sweep.points()
+        # Last of all: a folder without attributes is no store.
+        self.group.attrs.update(about)
+
+    def _array(
+        self, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], kind: str, fill: float
+    ) -> None:
+        self.group.create_array(
+            name, shape=shape, chunks=chunks, dtype=kind, fill_value=fill, overwrite=True
+        )
+
+    @property
+    def missing(self) -> list[int]:
+        """Batches that are not in."""
+        return [int(k) for k in np.flatnonzero(np.asarray(self.group["done"][:]) == 0)]
+
+    def put(self, k: int, size: int, result: dict[str, Any]) -> None:
+        """Write batch k, and only then that it is in."""
+        for name, values in result.items():
+            if values.size:
+                self.group[name][k * size : k * size + len(values)] = values
+        self.group["done"][k] = 1
+
+
+def run_sweep(
+    stepper: Stepper,
+    sweep: Sweep,
+    out: Path,
+    *,
+    batch: int,
+    workers: int | None,
+    scheduler: str | None,
+    progress: Callable[[int, int], None],
+) -> Store:
+    """Run what is missing in the store, batch by batch, as workers become free.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Processes on this machine, by default one for each processor.
+    scheduler : str, optional
+        Address of a running Dask scheduler instead.
+    progress : callable (batches in the store, batches in all)
+    """
+    distributed = _module("distributed")
+    store = Store(out, stepper, sweep, batch)
+    missing = store.missing
+    total = math.ceil(sweep.size / batch)
+    progress(total - len(missing), total)
+    if not missing:
+        return store
+    points, files = sweep.points(), read_files(stepper)
+    with _client(distributed, workers, scheduler) as client:
+        queue = iter(missing)
+        places: dict[Any, int] = {}
+
+        def submit(k: int) -> Any:
+            part = points[k * batch : (k + 1) * batch]
+            future = client.submit(run_part, files, sweep, part, pure=False)
+            places[future.key] = k
+            return future
+
+        # A few batches ahead of each worker: the points of a large sweep do not pile up.
+        ahead = 3 * max(1, sum(client.nthreads().values()))
+        pending = distributed.as_completed(
+            [submit(k) for k in itertools.islice(queue, ahead)], with_results=True
+        )
+        done = total - len(missing)
+        for future, result in pending:
+            store.put(places.pop(future.key), batch, result)
+            done += 1
+            progress(done, total)
+            for k in itertools.islice(queue, 1):
+                pending.add(submit(k))
+    return store
+
+
+def summary(store: Store) -> Iterator[str]:
+    """How the runs ended."""
+    statuses = list(store.group.attrs["statuses"])
+    codes, counts = np.unique(np.asarray(store.group["status"][:]), return_counts=True)
+    for code, count in zip(codes, counts, strict=True):
+        yield f"{count} runs: {statuses[code] if code >= 0 else 'not run'}"
+
+
+def column_of(stepper: Stepper, name: str | None) -> tuple[str, int, str]:
+    """Array and column of a coordinate or velocity, and its name.
+
+    Raises
+    ------
+    RunError
+        If there is none of that name.
+    """
+    m = stepper.manifest
+    name = m["coordinates"][0] if name is None else name
+    for array, names in (("q", m["coordinates"]), ("v", m["velocities"])):
+        if name in names:
+            return array, names.index(name), name
+    raise RunError(
+        f"model '{stepper.name}' has no column '{name}'; it has: "
+        f"{', '.join((*m['coordinates'], *m['velocities']))}"
+    )
+
+
+def diagram(store: Store, array: str, column: int, name: str, path: Path) -> None:
+    """Scatter all rows kept against the first axis: a bifurcation diagram if runs were long."""
+    from matplotlib.figure import Figure
+
+    values = np.asarray(store.group[array][:, :, column])
+    at = np.asarray(store.group["points"][:, 0])
+    axes = store.group.attrs["sweep"]["axes"]
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    picture = figure.add_subplot()
+    picture.plot(np.repeat(at, values.shape[1]), values.ravel(), ".", color="C0", markersize=1.5)
+    picture.set_xlabel(axes[0]["name"])
+    picture.set_ylabel(name)
+    picture.grid(alpha=0.3)
+    try:
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise RunError(f"cannot write the picture {path}: {error}") from None
+
+
+@contextlib.contextmanager
+def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    if scheduler is not None:
+        try:
+            client = distributed.Client(scheduler, timeout="10s")
+        except (OSError, ValueError, TimeoutError) as error:
+            raise RunError(f"no Dask scheduler answers at {scheduler} ({error})") from None
+        with client:
+            yield client
+        return
+    with (
+        distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client
+
+
+def _module(name: str) -> Any:
+    try:
+        return __import__(name)
+    except ImportError:
+        raise RunError(f"a sweep needs the package '{name}': {_ADVICE}") from None
