@@ -31,12 +31,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Slow studies run only when asked for by their marker."""
-    if "slow" in (config.option.markexpr or ""):
-        return
-    for item in items:
-        if "slow" in item.keywords:
-            item.add_marker(pytest.mark.skip(reason="a long study: run with -m slow"))
+    """Tests with these markers run only when asked for by the marker."""
+    chosen = config.option.markexpr or ""
+    for marker, what in (
+        ("slow", "a long study: run with -m slow"),
+        ("thorough", "another machine, compiler or analyser: run with -m thorough"),
+    ):
+        if marker not in chosen:
+            for item in items:
+                if marker in item.keywords:
+                    item.add_marker(pytest.mark.skip(reason=what))
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 import signorini as sg
-from signorini.models import andrews_squeezer
-from test_generated_code import MODELS, compiler, identify, run
+from signorini.models import andrews_squeezer, slope
+from test_generated_code import MODELS, all_of, compiler, identify, run
+from trap_models import rheonomic
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off")
 
@@ -51,7 +52,9 @@ def check_footprint(folder: Path, prefix: str, *cc: str) -> None:
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
-@pytest.mark.parametrize("make", [*MODELS, andrews_squeezer.model], ids=identify)
+@pytest.mark.parametrize(
+    "make", all_of([*MODELS, andrews_squeezer.model], (slope.model, rheonomic)), ids=identify
+)
 def test_stated_memory(make: Callable[[], sg.Model], precision: str, tmp_path: Path) -> None:
     folder = sg.generate(make(), tmp_path / "c", stages=3, prefix="m", precision=precision)
     check_footprint(folder, "m", compiler("gcc"))

@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterable
 from pathlib import Path
 
 import casadi as ca
@@ -46,6 +46,8 @@ STRICT = [
 GOLDEN = (bouncing_ball.model, slider_crank.model, slope.model)
 MODELS = (*GOLDEN, box_in_space.model, rheonomic, mixed_contacts, only_constraints, unconstrained,
           one_coordinate)  # fmt: skip
+# What a firmware engineer would take: the benchmarks, eight corners, inputs with constraints.
+FIRMWARE = (*GOLDEN, box_in_space.model, rheonomic)
 # libm, and the four functions that a compiler may call in any freestanding program.
 ALLOWED = {
     *"sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp log pow sqrt".split(),
@@ -56,6 +58,11 @@ ALLOWED = {
 def identify(value: object) -> str:
     module = getattr(value, "__module__", "")
     return f"{module.split('.')[-1]}.{value.__name__}" if callable(value) else str(value)
+
+
+def all_of(models: Iterable[Callable[[], sg.Model]], quick: Container[object]) -> list[object]:
+    """Parameters of a test: models other than the quick ones only with ``-m thorough``."""
+    return [m if m in quick else pytest.param(m, marks=pytest.mark.thorough) for m in models]
 
 
 def compiler(name: str) -> str:
@@ -76,7 +83,9 @@ def run(*command: object, cwd: Path) -> str:
 
 
 @pytest.mark.parametrize("precision", ["double", "float"])
-@pytest.mark.parametrize("make", MODELS, ids=identify)
+@pytest.mark.parametrize(
+    "make", all_of(MODELS, (slope.model, rheonomic, mixed_contacts)), ids=identify
+)
 def test_no_warnings_and_only_libm(
     make: Callable[[], sg.Model], precision: str, tmp_path: Path
 ) -> None:
@@ -120,7 +129,7 @@ def test_no_warnings_and_only_libm(
     assert not {name for name, kind in defined.items() if kind in "BDbdC"}  # no writable data
 
 
-@pytest.mark.parametrize("make", MODELS, ids=identify)
+@pytest.mark.parametrize("make", all_of(MODELS, (slope.model, rheonomic)), ids=identify)
 def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     model = make()
     folder = sg.generate(model, tmp_path / "c", stages=2)
@@ -134,15 +143,20 @@ def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     assert "nan" not in lines[-1]
 
 
-def test_static_analysis(tmp_path: Path) -> None:
-    folder = sg.generate(bouncing_ball.model(), tmp_path / "c", stages=2)
-    out = run(compiler("gcc"), "-std=c99", "-O1", "-fanalyzer", "-c", "bouncing_ball.c", cwd=folder)
+@pytest.mark.parametrize("make", all_of(FIRMWARE, (bouncing_ball.model,)), ids=identify)
+def test_static_analysis(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+    """gcc's analyser and cppcheck find nothing; of MISRA C:2012 only the deviations in docs."""
+    folder = sg.generate(make(), tmp_path / "c", stages=3, prefix="m")
+    out = run(compiler("gcc"), "-std=c99", "-O1", "-fanalyzer", "-c", "m.c", cwd=folder)
     assert "warning" not in out
-    run(
-        *(compiler("cppcheck"), "--std=c99", "--enable=warning,performance,portability"),
-        *("--suppress=missingIncludeSystem", "--error-exitcode=3", "--quiet", "bouncing_ball.c"),
-        cwd=folder,
+    check = (compiler("cppcheck"), "--std=c99", "--quiet", "--suppress=missingIncludeSystem")
+    enabled = "--enable=warning,performance,portability"
+    run(*check, enabled, "--error-exitcode=3", "m.c", cwd=folder)
+    reported = set(
+        re.findall(r"misra-c2012-([0-9.]+)", run(*check, "--addon=misra", "m.c", cwd=folder))
     )
+    page = (ROOT / "docs" / "misra.md").read_text()
+    assert reported == set(re.findall(r"^\| ([0-9]+\.[0-9]+) \|", page, re.MULTILINE))
 
 
 def test_two_models_and_two_stage_counts_in_one_program(tmp_path: Path) -> None:

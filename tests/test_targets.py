@@ -18,6 +18,8 @@ from test_firmware import check_footprint
 from test_generated_code import identify, run
 from trap_models import rheonomic
 
+pytestmark = pytest.mark.thorough
+
 HERE = Path(__file__).parent / "targets"
 # Model, step size, steps: through impacts and stick-slip, but not where rounding decides.
 CASES: tuple[tuple[Callable[[], sg.Model], float, int], ...] = (

@@ -378,11 +378,11 @@ static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(option
     return 1;
 }
 
-/* Iterate from the point in work.x, work.lambda. `damped`: search along each direction from the
+/* Iterate from the point in work.x, work.lambda. `search`: search along each direction from the
    start; otherwise only after the contact states went round in a cycle. Adds the iterations to
    *iterations; on success *measure is the residual in units of its tolerance. */
 static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
-                     int max_iterations, int damped, int *iterations, real *measure) {
+                     int max_iterations, int search, int *iterations, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     unsigned long seen[4] = {0UL, 1UL, 2UL, 3UL};
@@ -390,11 +390,13 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
     real merit, stall;
     real nearest = SG_HUGE;
     int since = 0; /* iterations since the nearest point */
+    int damped = search;
     int iteration, i;
     sg_evaluate(w, par, opt, problem);
     *measure = sg_residual(w, opt, problem);
     w->deficiency = 0;
-    for (iteration = 0;; ++iteration) {
+    iteration = 0;
+    for (;;) {
         unsigned long now;
         int deficiency;
         if (!(*measure < SG_HUGE)) {
@@ -403,7 +405,8 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (*measure <= SG_C(1.0)) {
             return SG_K(OK);
         }
-        stall = merit = SG_HUGE;
+        stall = SG_HUGE;
+        merit = SG_HUGE;
         if (iteration > 0 || damped) {
             merit = sg_merit(w, problem, &stall);
         }
@@ -473,5 +476,6 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
                 *measure = sg_residual(w, opt, problem);
             }
         }
+        ++iteration;
     }
 }

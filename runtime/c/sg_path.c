@@ -72,7 +72,8 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
                 if (contact->normal < 0 && contact->components > 0) {
                     w->kind[base + f] = SG_ROW_SLIP;
                     w->slip[base + f] = SG_C(1.0);
-                    w->slip[base + f + contact->components - 1] = (real)(contact->components == 1);
+                    w->slip[base + f + contact->components - 1] =
+                        contact->components == 1 ? SG_C(1.0) : SG_C(0.0);
                     w->kind[base + f + contact->components - 1] = SG_ROW_SLIP;
                 }
             }
@@ -94,7 +95,8 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
     int a, b, c, d, k;
     for (c = 0; c < n; ++c) {
         if (w->kind[c] == SG_ROW_FREE) {
-            w->reduced[m++] = c;
+            w->reduced[m] = c;
+            ++m;
         }
     }
     for (a = 0; a < m; ++a) {
@@ -272,7 +274,8 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
                          sg_event *next) {
     int slot, k, d;
     next->at = SG_HUGE;
-    next->slot = next->contact = 0;
+    next->slot = 0;
+    next->contact = 0;
     next->what = SG_OPENS;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
@@ -365,7 +368,8 @@ static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
     known = contact->components == 2 && (w->slip[f] != SG_C(0.0) || w->slip[f + 1] != SG_C(0.0));
     for (d = 0; d < contact->components; ++d) {
         if ((event->what == SG_CLOSES && !known) || event->what == SG_SLIPS) {
-            w->slip[f + d] = size > SG_C(0.0) ? direction[d] / size : (real)(d == 0);
+            w->slip[f + d] =
+                size > SG_C(0.0) ? direction[d] / size : (d == 0 ? SG_C(1.0) : SG_C(0.0));
         }
     }
 }

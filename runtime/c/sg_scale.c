@@ -124,7 +124,8 @@ static int sg_masses(SG(work) * w) {
         /* One effective mass for both components of a slip velocity: the law is isotropic. */
         if (sg_contacts[k].components == 2) {
             real *m = &w->m_eff[SG_SLIP + sg_contacts[k].friction];
-            m[0] = m[1] = sg_max(m[0], m[1]);
+            m[0] = sg_max(m[0], m[1]);
+            m[1] = m[0];
         }
     }
     for (c = 0; c < SG_NC; ++c) {
@@ -219,7 +220,8 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         for (c = 0; c < SG_NC; ++c) {
             const int n = slot * SG_NC + c;
-            w->phi_floor[n] = w->rounding[n] = SG_FLOOR * w->percussion_scale[c];
+            w->rounding[n] = SG_FLOOR * w->percussion_scale[c];
+            w->phi_floor[n] = w->rounding[n];
             if (sg_is_gap(pr, slot, c)) {
                 w->phi_floor[n] += w->r_auto[n] * w->gap_floor[c];
                 w->rounding[n] = w->phi_floor[n];

@@ -118,7 +118,7 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
         s->lambda_1[i] = d_1;
         s->lambda[i] = w->lambda[i];
     }
-    s->order = known > 0 && !(error[1] < SG_C(0.5) * error[0]) ? 0 : 1;
+    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
     if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {
         s->order = 2;
     }
@@ -181,7 +181,8 @@ int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
         !sg_all_finite(SG_NQ, v)) {
         return SG_K(BAD_ARGUMENT);
     }
-    s->t = s->t_grid = t;
+    s->t = t;
+    s->t_grid = t;
     s->h_grid = SG_C(0.0);
     s->n_grid = 0;
     sg_copy(SG_NQ, q, s->q);
@@ -201,9 +202,10 @@ static int sg_are_options(const SG(options) * opt) {
 
 int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
              const SG(options) * opt, const real u[], real h) {
-    const int rest = 1 << 10; /* position in the step is counted in units of h / 1024 */
+    const int rest = 1024; /* position in the step is counted in units of h / 1024 */
     int done = 0;
     int level = 0;
+    int stride = rest;
     int j;
     if (s == NULL || w == NULL || info == NULL || par == NULL || opt == NULL ||
         (SG_NU > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt)) {
@@ -224,7 +226,6 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
         w->u[j] = u[j];
     }
     while (done < rest) {
-        const int stride = rest >> level;
         const real t = s->t + h * ((real)done / (real)rest);
         /* While the step is whole a quarter of the iterations is kept for substeps. */
         const int total = opt->max_iterations;
@@ -240,10 +241,12 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
             if (level > 0) {
                 ++info->substeps;
                 if (done % (2 * stride) == 0) {
+                    stride *= 2;
                     --level;
                 }
             }
         } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
+            stride /= 2;
             ++level;
         } else {
             info->status = status;
