@@ -21,7 +21,7 @@ os.environ.setdefault(
     str(Path(tempfile.gettempdir()) / f"signorini-tests-{os.getppid()}"),
 )
 # Most of the suite's time is compilation, and few tests run long.
-os.environ.setdefault("SIGNORINI_CFLAGS", "-O1")
+os.environ.setdefault("SIGNORINI_CFLAGS", "-O0")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -63,6 +63,6 @@ def stepper() -> Callable[..., sg.Stepper]:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Branches of the C runtime that its unit tests took in this run."""
-    if any("test_step_and_branches" in r.nodeid for r in terminalreporter.getreports("passed")):
+    if any("test_branches" in r.nodeid for r in terminalreporter.getreports("passed")):
         terminalreporter.section("branches of runtime/c taken by its unit tests")
         terminalreporter.write(branch_coverage.REPORT.read_text())

@@ -21,6 +21,7 @@ from trap_models import (
 )
 
 ROOT = Path(__file__).resolve().parent.parent
+FLAGS = ("-O0", "--coverage")
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 # Model, stages, whether parameters that are all zero make its mass matrix vanish.
 MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
@@ -34,6 +35,8 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (one_coordinate, 4, False),
     (forms, 2, False),
 )
+# Redundant contacts, masses that vanish, time in every function.
+QUICK = (MODELS[0], MODELS[2])
 
 
 def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> None:
@@ -69,22 +72,50 @@ def units(make: Callable[[], sg.Model], stages: int, prefix: str, folder: Path) 
     return folder
 
 
-def test_step_and_branches(tmp_path: Path) -> None:
+def step_units(folder: Path) -> Path:
+    """The unit tests that know the numbers of one model, the ball."""
+    folder = units(bouncing_ball.model, 3, "ball", folder)
+    build_and_run(ROOT / "tests" / "c" / "test_step.c", folder, folder, *FLAGS)
+    return folder
+
+
+def model_units(make: Callable[[], sg.Model], stages: int, vanishing: bool, folder: Path) -> Path:
+    """The unit tests that hold for every model."""
+    folder = units(make, stages, "m", folder)
+    masses = f"-DM_MASSES={int(vanishing)}"
+    build_and_run(ROOT / "tests" / "c" / "test_model.c", folder, folder, *FLAGS, masses)
+    return folder
+
+
+def full_units(folder: Path) -> Path:
+    """The unit tests of the velocity constraints of full order."""
+    folder = sg.generate(only_constraints(), folder, stages=3, prefix="f")
+    (folder / "f.c").write_text(branch_coverage.with_lines((folder / "f.c").read_text()))
+    build_and_run(ROOT / "tests" / "c" / "test_full.c", folder, folder, *FLAGS)
+    return folder
+
+
+def test_step(tmp_path: Path) -> None:
+    step_units(tmp_path / "c")
+
+
+def test_full_order(tmp_path: Path) -> None:
+    full_units(tmp_path / "c")
+
+
+@pytest.mark.parametrize(("make", "stages", "vanishing"), QUICK)
+def test_models(make: Callable[[], sg.Model], stages: int, vanishing: bool, tmp_path: Path) -> None:
+    model_units(make, stages, vanishing, tmp_path / "c")
+
+
+@pytest.mark.thorough
+def test_branches(tmp_path: Path) -> None:
     """Every unit test on every model holds; together they take 95 % of all branches."""
     counts: branch_coverage.Branches = {}
-    ball = units(bouncing_ball.model, 3, "ball", tmp_path / "ball")
-    flags = ("-O0", "--coverage")
-    build_and_run(ROOT / "tests" / "c" / "test_step.c", ball, ball, *flags)
-    branch_coverage.collect(ball, counts)
+    branch_coverage.collect(step_units(tmp_path / "ball"), counts)
+    branch_coverage.collect(full_units(tmp_path / "full"), counts)
     for k, (make, stages, vanishing) in enumerate(MODELS):
-        folder = units(make, stages, "m", tmp_path / str(k))
-        masses = f"-DM_MASSES={int(vanishing)}"
-        build_and_run(ROOT / "tests" / "c" / "test_model.c", folder, folder, *flags, masses)
-        branch_coverage.collect(folder, counts)
-    full = sg.generate(only_constraints(), tmp_path / "full", stages=3, prefix="f")
-    (full / "f.c").write_text(branch_coverage.with_lines((full / "f.c").read_text()))
-    build_and_run(ROOT / "tests" / "c" / "test_full.c", full, full, *flags)
-    branch_coverage.collect(full, counts)
+        branch_coverage.collect(model_units(make, stages, vanishing, tmp_path / str(k)), counts)
     totals, missing = branch_coverage.summary(counts)
     report = branch_coverage.table(totals, missing)
     branch_coverage.REPORT.parent.mkdir(exist_ok=True)

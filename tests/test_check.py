@@ -32,7 +32,11 @@ def failures(report: sg.Report) -> list[str]:
     return [f"{i.name}: {i.worst:.2e}" for i in report.items if not i.passed] + report.unseen
 
 
-@pytest.mark.parametrize("make", FAST, ids=identify)
+@pytest.mark.parametrize(
+    "make",
+    [pytest.param(m, marks=[pytest.mark.thorough] if m is mixed_contacts else []) for m in FAST],
+    ids=identify,
+)
 def test_models_pass(make: Callable[[], sg.Model]) -> None:
     report = sg.check(make(), stages=(3,))
     assert report, failures(report)

@@ -43,13 +43,17 @@ G = 9.81
 Build = Callable[..., sg.Stepper]
 
 
-# Behind the marker, for their compilation: four stages, and three of the largest.
-LARGE = {"arch", "four_bar"}
-HORIZONS = [
-    pytest.param(name, s, marks=[pytest.mark.slow] if s == 4 or (name in LARGE and s == 3) else [])
-    for name in shipped()
-    for s in (2, 3, 4)
-]
+# Behind markers, for their compilation: all but a few at two stages, all at three and four.
+FEW = {"bouncing_ball", "box", "coin", "four_bar", "slope", "table_with_legs"}
+
+
+def marks(name: str, stages: int) -> list[pytest.MarkDecorator]:
+    if stages > 2:
+        return [pytest.mark.slow]
+    return [] if stages == 2 and name in FEW else [pytest.mark.thorough]
+
+
+HORIZONS = [pytest.param(name, s, marks=marks(name, s)) for name in shipped() for s in (2, 3, 4)]
 
 
 @pytest.mark.parametrize(("name", "stages"), HORIZONS)

@@ -89,7 +89,14 @@ def test_sleigh_orders(stepper: Build, stages: int, counts: tuple[int, int]) -> 
     assert np.log2(coarse / fine) > 2 * stages - 2.5
 
 
-@pytest.mark.parametrize(("stages", "counts"), [(2, (80, 160)), (3, (40, 80)), (4, (20, 40))])
+@pytest.mark.parametrize(
+    ("stages", "counts"),
+    [
+        pytest.param(2, (80, 160), marks=pytest.mark.slow),
+        (3, (40, 80)),
+        pytest.param(4, (20, 40), marks=pytest.mark.thorough),
+    ],
+)
 def test_coin_orders(stepper: Build, stages: int, counts: tuple[int, int]) -> None:
     """A wobbling coin against its own fine run with five stages."""
     lean = 1.2

@@ -143,7 +143,14 @@ def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     assert "nan" not in lines[-1]
 
 
-@pytest.mark.parametrize("make", all_of(FIRMWARE, (bouncing_ball.model,)), ids=identify)
+@pytest.mark.parametrize(
+    "make",
+    [
+        pytest.param(m, marks=pytest.mark.slow if m is box_in_space.model else pytest.mark.thorough)
+        for m in FIRMWARE
+    ],
+    ids=identify,
+)
 def test_static_analysis(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     """gcc's analyser and cppcheck find nothing; of MISRA C:2012 only the deviations in docs."""
     folder = sg.generate(make(), tmp_path / "c", stages=3, prefix="m")

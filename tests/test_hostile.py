@@ -200,7 +200,13 @@ def test_threads_do_not_disturb_each_other(stepper: Build) -> None:
     assert [together[k] for k in range(6)] == alone
 
 
-@pytest.mark.parametrize(("scene", "make"), [("box_drop", box.model), ("groove", v_groove.model)])
+@pytest.mark.parametrize(
+    ("scene", "make"),
+    [
+        ("box_drop", box.model),
+        pytest.param("groove", v_groove.model, marks=pytest.mark.thorough),
+    ],
+)
 def test_compilers_and_contraction(
     scene: str, make: Callable[[], sg.Model], monkeypatch: pytest.MonkeyPatch
 ) -> None:

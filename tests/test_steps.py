@@ -9,6 +9,7 @@ from signorini.models import bouncing_ball, box, box_in_space, slider_crank, slo
 from signorini.verify.reference import Reference, Step
 from trap_models import TRAPS, chain
 
+FEW_AND_MANY = [2, 3, *(pytest.param(s, marks=pytest.mark.thorough) for s in (4, 5))]
 SMALL = (*TRAPS, bouncing_ball.model, slope.model, box.model)
 
 
@@ -53,7 +54,7 @@ def compare(
     assert not own or solved >= 0.7 * len(range(0, n, own))
 
 
-@pytest.mark.parametrize("stages", [2, 3, 4, 5])
+@pytest.mark.parametrize("stages", FEW_AND_MANY)
 @pytest.mark.parametrize("make", SMALL, ids=identify)
 def test_steps_satisfy_the_scheme(
     make: Callable[[], sg.Model], stages: int, stepper: Callable[..., sg.Stepper]

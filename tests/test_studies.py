@@ -30,7 +30,12 @@ REDUCED = {
 }
 
 
-@pytest.mark.parametrize("name", REDUCED)
+LONG = {"full order"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.thorough) if n in LONG else n for n in REDUCED]
+)
 def test_study(name: str, tmp_path: Path) -> None:
     study = REDUCED[name]()
     assert study.name == name
