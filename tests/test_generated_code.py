@@ -48,6 +48,8 @@ MODELS = (*GOLDEN, box_in_space.model, rheonomic, mixed_contacts, only_constrain
           one_coordinate)  # fmt: skip
 # What a firmware engineer would take: the benchmarks, eight corners, inputs with constraints.
 FIRMWARE = (*GOLDEN, box_in_space.model, rheonomic)
+# Those of them that analysers get through within a minute.
+SMALL = (bouncing_ball.model, slope.model, rheonomic)
 # libm, and the four functions that a compiler may call in any freestanding program.
 ALLOWED = {
     *"sin cos tan sincos asin acos atan atan2 sinh cosh tanh exp log pow sqrt".split(),
@@ -146,7 +148,7 @@ def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "make",
     [
-        pytest.param(m, marks=pytest.mark.slow if m is box_in_space.model else pytest.mark.thorough)
+        pytest.param(m, marks=pytest.mark.thorough if m in SMALL else pytest.mark.slow)
         for m in FIRMWARE
     ],
     ids=identify,

@@ -151,7 +151,7 @@ def test_memory_on_a_microcontroller(precision: str, target: Target, tmp_path: P
     target.need()
     for make in (bouncing_ball.model, slider_crank.model, box_in_space.model, rheonomic):
         folder = sg.generate(
-            make(), tmp_path / make.__module__, stages=3, prefix="m", precision=precision
+            make(), tmp_path / make.__module__, stages=2, prefix="m", precision=precision
         )
         check_footprint(folder, "m", *(f for f in target.compile if f not in _BARE))
 
@@ -160,7 +160,7 @@ def test_memory_on_a_microcontroller(precision: str, target: Target, tmp_path: P
 def test_float_is_single_throughout(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     """No call of software doubles on an M4F, no instruction on doubles on an M7; it runs."""
     M4F.need()
-    folder = sg.generate(make(), tmp_path / "m", stages=3, prefix="m", precision="float")
+    folder = sg.generate(make(), tmp_path / "m", stages=2, prefix="m", precision="float")
     for target in (M4F, M7):
         cc = [f for f in target.compile if f not in _BARE]
         run(*cc, "-std=c99", "-O2", "-S", "-o", "m.s", "m.c", cwd=folder)
