@@ -10,7 +10,7 @@ from signorini.codegen.derive import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
 from signorini.codegen.scheme import Assembly, Point
 
-_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "w", "real", "i_fill"})
+_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "at", "w", "real", "i_fill"})
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,9 @@ class FunctionWriter:
                 )
         out = f"{self.prefix}_{point.name} *out"
         doc = (", ".join(name for name in point.fields if point.stored(name)),)
-        return self._write(f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc)
+        return self._write(
+            f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc, at=point.after
+        )
 
     def initial_state(self) -> CFunction:
         """The model's initial state as a function of its parameters."""
@@ -252,6 +254,7 @@ class FunctionWriter:
         out: str,
         shape: tuple[int, ...],
         doc: tuple[str, ...],
+        at: str = "",
     ) -> CFunction:
         real = self.real
         declared = {
@@ -262,6 +265,7 @@ class FunctionWriter:
             "par": f"const {self.prefix}_params *par",
             "h": f"{real} h",
             "R": f"const {real} R[]",
+            "at": f"const {self.prefix}_{at} *at",
         }
         values = [v for b in blocks for v in b.values]
         symbols = {s.element_hash(): s for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *values))}
@@ -277,6 +281,10 @@ class FunctionWriter:
             if key in symbols:
                 names[key] = text
                 used.add(argument)
+        for key, s in symbols.items():
+            if at and s.name().startswith("at->"):
+                names[key] = s.name()
+                used.add("at")
         missing = [s.name() for key, s in symbols.items() if key not in names]
         if missing:
             raise AssertionError(f"{name}: symbols {missing} are not arguments")
@@ -358,6 +366,8 @@ def _sections(blocks: Sequence[_Block], lines: Sequence[Sequence[str]]) -> Itera
 
 def equation_of(name: str) -> str:
     """The equation of a derived function, for the heading of its block."""
+    if name == "common":
+        return "terms that the derivatives use, too"
     if name in QUANTITIES:
         return QUANTITIES[name].equation
     stem, _, variable = name.rpartition("_")

@@ -10,10 +10,12 @@ from signorini.codegen.scheme import (
     Point,
     Problem,
     Scheme,
+    call,
     column,
     dense,
     jacobian,
 )
+from signorini.codegen.sharing import share
 
 
 def full_order_scheme(d: Derivation, stages: int) -> Scheme:
@@ -55,14 +57,15 @@ class _FullOrder(Lobatto):
         self.v_end = self.U[(s - 2) * n :]
         self.lam = column("w->lambda", s * n_R, n_R)
         self.carried = column("w->carried", self.n_gamma)
-        self.auxiliary = Point(
+        auxiliary = Point(
             "auxiliary", ("t", "q", "v", "par"), {name: d[name] for name in ("p", "gamma", "g_dot")}
         )
-        self.auxiliary_jacobian = Point(
+        auxiliary_jacobian = Point(
             "auxiliary_jacobian",
             ("t", "q", "v", "par"),
             {name: d[name] for name in ("p_q", "p_v", "gamma_q", "gamma_v", "g_dot_q", "g_dot_v")},
         )
+        self.auxiliary, self.auxiliary_jacobian = share(auxiliary, auxiliary_jacobian)
         self.forces = Point(
             "forces",
             ("t", "q", "v", "u", "par"),
@@ -97,10 +100,11 @@ class _FullOrder(Lobatto):
         for i in range(1, self.s):
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.n * (self.s + i)}]"
             calls.append(
-                Call(
-                    point.name,
+                call(
+                    point,
                     (stage_time(self.tableau.c[i]), q, v, "par"),
                     f"&w->{point.name}[{i - 1}]",
+                    f"&w->auxiliary[{i - 1}]",
                 )
             )
         return tuple(calls)

@@ -119,23 +119,45 @@ class Graph:
                 )
         zero = self._constant(0.0) if len(roots) < len(outputs) else 0
         self.roots = [roots.get(k, zero) for k in range(len(outputs))]
+        self._share_reciprocals()
+
+    def _share_reciprocals(self) -> None:
+        """Several quotients by one divisor become products with its reciprocal."""
+        divisors: dict[int, int] = {}
+        for k in self._needed():
+            node = self.nodes[k]
+            if node.op in ("/", "inv"):
+                divisors[node.args[-1]] = divisors.get(node.args[-1], 0) + 1
+        shared = {d for d, n in divisors.items() if n > 1 and self.nodes[d].op != "const"}
+        if not shared:
+            return
+        old, self.nodes, self._index = self.nodes, [], {}
+        place: list[int] = []
+        for node in old:
+            args = tuple(place[a] for a in node.args)
+            if node.op == "/" and node.args[1] in shared:
+                factors = sorted((args[0], self._add(Node("inv", (args[1],)))))
+                place.append(self._add(Node("*", (factors[0], factors[1]))))
+            else:
+                place.append(self._add(Node(node.op, args, node.text, node.value)))
+        self.roots = [place[k] for k in self.roots]
 
     @property
     def operations(self) -> int:
         """Number of operations that the outputs need."""
+        free = ("symbol", "const", "neg")
+        return sum(self.nodes[k].op not in free for k in self._needed())
+
+    def _needed(self) -> set[int]:
+        """Nodes that the outputs need."""
         seen: set[int] = set()
         stack = list(self.roots)
-        count = 0
         while stack:
             k = stack.pop()
-            if k in seen:
-                continue
-            seen.add(k)
-            node = self.nodes[k]
-            if node.op not in ("symbol", "const", "neg"):
-                count += 1
-            stack.extend(node.args)
-        return count
+            if k not in seen:
+                seen.add(k)
+                stack.extend(self.nodes[k].args)
+        return seen
 
     def _add(self, node: Node) -> int:
         if node not in self._index:

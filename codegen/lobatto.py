@@ -11,12 +11,14 @@ from signorini.codegen.scheme import (
     Problem,
     Scheme,
     Target,
+    call,
     column,
     dense,
     inertia,
     jacobian,
     restitution,
 )
+from signorini.codegen.sharing import share
 from signorini.codegen.tableau import lobatto
 
 _STAGE_ROWS = ("g", "gamma", "g_N", "gamma_F")
@@ -52,12 +54,12 @@ class Lobatto:
         self.n = data.n_q
         self.n_b = data.n_g + data.n_gamma
         self.n_R = self.n_b + data.n_N + data.n_F
-        self.stage = Point(
+        stage = Point(
             "stage",
             ("t", "q", "v", "u", "par", "h", "R"),
             {name: d[name] for name in ("p", "F", *_STAGE_ROWS, "rho")},
         )
-        self.stage_jacobian = Point(
+        stage_jacobian = Point(
             "stage_jacobian",
             ("t", "q", "v", "u", "par", "h", "R"),
             {
@@ -68,12 +70,14 @@ class Lobatto:
                 )
             },
         )
-        self.end = Point(
+        self.stage, self.stage_jacobian = share(stage, stage_jacobian)
+        end = Point(
             "end",
             ("t", "q", "v", "par"),
             {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)},
         )
-        self.end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+        end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+        self.end, self.end_jacobian = share(end, end_jacobian)
         self.opening = Point(
             "opening",
             ("t", "q", "v", "u", "par"),
@@ -138,13 +142,13 @@ class Lobatto:
             place = f"&w->{point.name}[{i}]"
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.first_x + i * self.n}]"
             arguments = (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R)
-            calls.append(Call(point.name, arguments, place))
+            calls.append(call(point, arguments, place, f"&w->stage[{i}]"))
         return tuple(calls)
 
     def end_call(self, point: Point) -> Call:
         q = f"&w->Q[{(self.s - 1) * self.n}]"
         v = f"&w->x[{self.s * self.n}]"
-        return Call(point.name, ("w->t + w->h", q, v, "par"), f"&w->{point.name}")
+        return call(point, ("w->t + w->h", q, v, "par"), f"&w->{point.name}", "&w->end")
 
     # --- the scheme ------------------------------------------------------------------------------
 
@@ -181,7 +185,7 @@ class Lobatto:
         at_start = ("w->t", "w->q", "w->v", "par")
         start = (
             Call("end", at_start, "&w->start"),
-            Call("end_jacobian", at_start, "&w->start_jacobian"),
+            call(self.end_jacobian, at_start, "&w->start_jacobian", "&w->start"),
             Call("opening", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->opening"),
             self.start_assembly(),
         )

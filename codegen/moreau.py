@@ -10,12 +10,14 @@ from signorini.codegen.scheme import (
     Problem,
     Scheme,
     Target,
+    call,
     column,
     dense,
     inertia,
     jacobian,
     restitution,
 )
+from signorini.codegen.sharing import share
 
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
 _DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
@@ -47,10 +49,11 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     data = d.data
     n, n_R = data.n_q, data.n_g + data.n_gamma + data.n_N + data.n_F
     h = ca.SX.sym("w->h")
-    end = Point(
+    values = Point(
         "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
     )
-    end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+    mass = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+    end, end_jacobian = share(values, mass)
     opening = Point(
         "opening",
         ("t", "q", "v", "u", "par", "h"),
@@ -103,7 +106,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
                 ),
             ),
         ),
-        (Call("end_jacobian", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian"),),
+        (call(end_jacobian, (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian", "&w->end"),),
         jacobian(
             "velocity_derivatives",
             end_jacobian.at("w->end_jacobian", "p_v"),
@@ -123,7 +126,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     start = (
         Assembly("middle", (dense("w->Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
         Call("end", (_MIDDLE, *middle), "&w->start"),
-        Call("end_jacobian", (_MIDDLE, *middle), "&w->start_jacobian"),
+        call(end_jacobian, (_MIDDLE, *middle), "&w->start_jacobian", "&w->start"),
         Call("opening", (_MIDDLE, "w->Q", "w->v", "w->u", "par", "w->h"), "&w->opening"),
         Assembly(
             "start_assembly",

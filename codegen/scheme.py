@@ -32,14 +32,18 @@ class Point:
     name : str
         Name of the C struct and of the evaluating function.
     arguments : tuple of str
-        Among t, q, v, u, par, h, R.
+        Among t, q, v, u, par, h, R, at.
     fields : dict from name to SX
         Values; entries that are numbers take no storage, they are folded where used.
+    after : str
+        Name of the point evaluated before with the same arguments, whose struct is the argument
+        ``at``.
     """
 
     name: str
     arguments: tuple[str, ...]
     fields: dict[str, ca.SX]
+    after: str = ""
 
     def stored(self, name: str) -> list[int]:
         """Nonzeros of a field that are no plain numbers, in column-major order."""
@@ -184,6 +188,11 @@ class Scheme:
     record: Assembly
     coefficients: dict[str, np.ndarray] = field(default_factory=dict)
     guarded: tuple[bool, ...] | None = None
+
+
+def call(point: Point, arguments: tuple[str, ...], place: str, at: str) -> Call:
+    """Call of a point that may need the struct `at` of the point before."""
+    return Call(point.name, (*arguments, at) if point.after else arguments, place)
 
 
 def column(name: str, n: int, offset: int = 0) -> ca.SX:

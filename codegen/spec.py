@@ -171,6 +171,11 @@ class EmitSpec:
     example_steps: int
 
     @property
+    def slips(self) -> tuple[tuple[int, int], ...]:
+        """Contact and component of every slip row."""
+        return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
     def carries(self) -> bool:
         """Whether the state carries constraint forces along."""
         return any(p.opening for p in self.problems)

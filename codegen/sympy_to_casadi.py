@@ -152,12 +152,18 @@ class SympyToCasadi:
             return tuple(part for pair in node.args for part in (pair.expr, pair.cond))
         if isinstance(node, sp.Pow) and isinstance(node.exp, sp.Rational):
             return (node.base,)
+        repeated = _repeated_exponential(node)
+        if repeated is not None:
+            return (repeated[0],)
         if isinstance(node, (sp.Number, sp.NumberSymbol, sp.Symbol, ExprCondPair)):
             return ()
         return tuple(node.args)
 
     def _translate(self, model: str, equation: str, node: Any) -> ca.SX:
         args = [self._memo[a] for a in self._operands(node)]
+        repeated = _repeated_exponential(node)
+        if repeated is not None:
+            return _integer_power(args[0], repeated[1])
         if isinstance(node, sp.Symbol):
             raise foreign_symbol(model, equation, node.name, self._names)
         if node in (sp.oo, -sp.oo, sp.zoo, sp.nan):
@@ -255,6 +261,15 @@ def _product(node: sp.Mul, args: list[ca.SX]) -> ca.SX:
     for factor in under:
         value = value / factor
     return value if sign > 0 else -value
+
+
+def _repeated_exponential(node: Any) -> tuple[sp.Basic, int] | None:
+    """exp(x) and n where the node is exp(n x): SymPy gathers what was written as a power."""
+    if isinstance(node, sp.exp):
+        factor, rest = node.args[0].as_coeff_Mul()
+        if isinstance(factor, sp.Integer) and 2 <= abs(factor) <= 4 and not rest.is_Number:
+            return sp.exp(rest if factor > 0 else -rest), int(abs(factor))
+    return None
 
 
 def _power(node: sp.Pow, args: list[ca.SX]) -> ca.SX:

@@ -10,29 +10,37 @@ static void sg_keep_rows(SG(work) * w, int problem) {
     sg_copy(pr->n_slots * SG_NB, w->radius, &w->radius_found[pr->lambda / SG_ROWS * SG_NB]);
 }
 
-/* |x| within the checker's tolerance of `scale`, plus an absolute floor. NaN is not. */
-static int sg_small(real x, real scale, real floor, const SG(options) * opt) {
-    const real tol = sg_max(SG_CHECK, SG_C(16.0) * opt->tol);
-    real bound = tol * scale + SG_C(64.0) * floor;
-    if (opt->scaling == SG_K(SCALING_NONE)) {
-        bound = sg_max(bound, SG_C(16.0) * opt->tol);
-    }
-    return SG_FABS(x) <= bound;
+/* What the checker accepts: a share of a row's scale, or an absolute value. */
+typedef struct {
+    real share, absolute;
+} sg_limit;
+
+static sg_limit sg_limits(const SG(options) * opt) {
+    sg_limit limit;
+    limit.share = sg_max(SG_CHECK, SG_C(16.0) * opt->tol);
+    limit.absolute = opt->scaling == SG_K(SCALING_NONE) ? SG_C(16.0) * opt->tol : SG_C(0.0);
+    return limit;
+}
+
+/* |x| within the limit for `scale`, plus an absolute floor. NaN is not. */
+static inline int sg_small(real x, real scale, real floor, const sg_limit *limit) {
+    const real bound = limit->share * scale + SG_C(64.0) * floor;
+    return SG_FABS(x) <= sg_max(bound, limit->absolute);
 }
 
 /* 0 <= gap, 0 <= percussion, one of them zero. */
 static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percussion, real scale,
-                           const SG(options) * opt) {
-    return (gap >= SG_C(0.0) || sg_small(gap, gap_scale, gap_floor, opt)) &&
-           (percussion >= SG_C(0.0) || sg_small(percussion, scale, SG_C(0.0), opt)) &&
-           (sg_small(gap, gap_scale, gap_floor, opt) ||
-            sg_small(percussion, scale, SG_C(0.0), opt));
+                           const sg_limit *limit) {
+    return (gap >= SG_C(0.0) || sg_small(gap, gap_scale, gap_floor, limit)) &&
+           (percussion >= SG_C(0.0) || sg_small(percussion, scale, SG_C(0.0), limit)) &&
+           (sg_small(gap, gap_scale, gap_floor, limit) ||
+            sg_small(percussion, scale, SG_C(0.0), limit));
 }
 
 /* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. `floor`
    is the round-off of the slip velocity. */
 static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
-                             real radius, real scale, real floor, const SG(options) * opt) {
+                             real radius, real scale, real floor, const sg_limit *limit) {
     const real size = sg_norm(n, percussion);
     const real slip = sg_norm(n, gamma);
     const real power = sg_dot(n, gamma, percussion);
@@ -40,29 +48,33 @@ static int sg_check_friction(int n, const real *gamma, real speed, const real *p
     if (!sg_finite(size) || !sg_finite(slip)) {
         return 0;
     }
-    if (size > bound && !sg_small(size - bound, sg_max(scale, bound), SG_C(0.0), opt)) {
+    if (size > bound && !sg_small(size - bound, sg_max(scale, bound), SG_C(0.0), limit)) {
         return 0;
     }
     return sg_small(bound * slip + power, sg_max(scale, bound) * sg_max(speed, slip),
-                    sg_max(scale, bound) * floor, opt);
+                    sg_max(scale, bound) * floor, limit);
 }
 
 /* Rows of one problem at the solution. */
-static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) {
+static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const real *lambda = &w->lambda[pr->lambda];
     const real *y = &w->y_found[pr->lambda];
-    int slot, c, i, k;
+    const sg_limit limit = sg_limits(opt);
+    int slot, c, i, j, k;
     if (!sg_all_finite(pr->n_x, &w->x[pr->x]) || !sg_all_finite(pr->n_slots * SG_NC, lambda)) {
         return 0;
     }
-    for (i = 0; i < pr->n_x; ++i) {
-        if (!sg_small(w->r_found[pr->x + i], w->momentum_scale[i % SG_NQ], SG_C(0.0), opt)) {
-            return 0;
+    for (i = pr->x; i < pr->x + pr->n_x; i += SG_NQ) {
+        for (j = 0; j < SG_NQ; ++j) {
+            if (!sg_small(w->r_found[i + j], w->momentum_scale[j], SG_C(0.0), &limit)) {
+                return 0;
+            }
         }
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
+        const real rate = sg_slot_rate(w, pr, slot);
         for (c = 0; c < SG_NORMAL; ++c) {
             const int gap = sg_is_gap(pr, slot, c);
             if (!sg_takes_part(pr, slot, c)) {
@@ -72,7 +84,7 @@ static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) 
                 continue;
             }
             if (!sg_small(y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
-                          gap ? w->gap_floor[c] : sg_velocity_floor(w, pr, slot, c), opt)) {
+                          gap ? w->gap_floor[c] : w->gap_floor[c] * rate, &limit)) {
                 return 0;
             }
         }
@@ -95,7 +107,7 @@ static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) 
                 } else if (!sg_check_normal(y[base + n],
                                             position ? w->h * w->speed[n] : w->speed[n],
                                             position ? w->gap_floor[n] : SG_C(0.0), R,
-                                            sg_max(w->percussion_scale[n], SG_C(0.0)), opt)) {
+                                            sg_max(w->percussion_scale[n], SG_C(0.0)), &limit)) {
                     return 0;
                 }
                 radius = w->mu[k] * R;
@@ -111,7 +123,7 @@ static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) 
             } else if (contact->components > 0 &&
                        !sg_check_friction(contact->components, &y[base + f], w->speed[f],
                                           &lambda[base + f], radius, w->percussion_scale[f],
-                                          sg_velocity_floor(w, pr, slot, f), opt)) {
+                                          w->gap_floor[f] * rate, &limit)) {
                 return 0;
             }
         }
@@ -123,6 +135,7 @@ static int sg_check_problem(SG(work) * w, const SG(options) * opt, int problem) 
    percussions of the position problem with the checker's tolerance. */
 static int sg_check_active(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
+    const sg_limit limit = sg_limits(opt);
     int k, slot;
     for (k = 0; k < SG_NK; ++k) {
         int must = 0;
@@ -136,10 +149,11 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
             if (opt->active_set == SG_K(ACTIVE_END) && slot + 1 < pr->n_slots) {
                 continue;
             }
-            if (!sg_small(w->lambda[pr->lambda + row], w->percussion_scale[n], SG_C(0.0), opt)) {
+            if (!sg_small(w->lambda[pr->lambda + row], w->percussion_scale[n], SG_C(0.0), &limit)) {
                 must = 1;
             }
-            if (sg_small(w->y_found[pr->lambda + row], w->h * w->speed[n], w->gap_floor[n], opt)) {
+            if (sg_small(w->y_found[pr->lambda + row], w->h * w->speed[n], w->gap_floor[n],
+                         &limit)) {
                 may = 1;
             }
         }

@@ -1,15 +1,15 @@
 /* Dense linear algebra: LU with scaled pivots, rank-revealing QR with minimum-norm solution. */
 
-/* LU of the n x n row-major matrix A in place; pivot rows are chosen relative to `scale`, so
-   that a change of units does not change them. `scale` is permuted along with the rows; inverses
+/* LU of the n x n row-major matrix A in place; pivot rows are chosen by size times `weight`, so
+   that a change of units does not change them. `weight` is permuted along with the rows; inverses
    of the pivots stand on the diagonal. Returns 0 if A is singular or not finite. */
-static int sg_lu_factor(int n, real *A, real *scale, int *pivot) {
+static int sg_lu_factor(int n, real *A, real *weight, int *pivot) {
     int i, j, k;
     for (k = 0; k < n; ++k) {
         real best = SG_C(-1.0);
         int row = k;
         for (i = k; i < n; ++i) {
-            const real size = SG_FABS(A[i * n + k]) / scale[i];
+            const real size = SG_FABS(A[i * n + k]) * weight[i];
             if (size > best) {
                 best = size;
                 row = i;
@@ -20,9 +20,9 @@ static int sg_lu_factor(int n, real *A, real *scale, int *pivot) {
             return 0;
         }
         if (row != k) {
-            const real s = scale[k];
-            scale[k] = scale[row];
-            scale[row] = s;
+            const real s = weight[k];
+            weight[k] = weight[row];
+            weight[row] = s;
             for (j = 0; j < n; ++j) {
                 const real a = A[k * n + j];
                 A[k * n + j] = A[row * n + j];

@@ -61,7 +61,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
 }
 
 /* Residual of a percussion row: of its kinematics, in units of percussion, while it is free. */
-static real sg_row_residual(const SG(work) * w, int i) {
+static inline real sg_row_residual(const SG(work) * w, int i) {
     return w->kind[i] == SG_ROW_FREE ? w->r_auto[i] * SG_FABS(w->y[i]) : SG_FABS(w->phi[i]);
 }
 
@@ -78,10 +78,7 @@ static real sg_residual(const SG(work) * w, const SG(options) * opt, int problem
         for (j = 0; j < SG_NQ; ++j) {
             const real size = SG_FABS(w->r[i + j]);
             sum += size;
-            if (size > SG_C(0.0)) {
-                const real share = size * (relative ? w->momentum_inverse[j] : SG_C(1.0));
-                worst = sg_max(worst, share);
-            }
+            worst = sg_max(worst, relative ? size * w->momentum_inverse[j] : size);
         }
     }
     worst /= relative ? tol : opt->tol;
@@ -124,92 +121,103 @@ static real sg_merit(const SG(work) * w, int problem, real *stall) {
     return sum < SG_HUGE ? sum : SG_HUGE;
 }
 
-/* Contact of percussion row c of a slot and the component of its slip velocity. */
-static int sg_contact_of_slip(int c, int *component) {
-    int k;
-    for (k = 0; k < SG_NK; ++k) {
-        const int d = c - SG_SLIP - sg_contacts[k].friction;
-        if (d >= 0 && d < sg_contacts[k].components) {
-            *component = d;
-            return k;
-        }
-    }
-    return 0; /* not reached: every slip row belongs to a contact */
+/* Percussion of the contact that presses slip row k, -1 for other rows. */
+static inline int sg_pressing(int k) {
+    const int c = k % SG_ROWS - SG_SLIP;
+    const int normal = c < 0 ? -1 : sg_contacts[sg_slips[c].contact].normal;
+    return normal < 0 ? -1 : k / SG_ROWS * SG_NC + SG_NORMAL + normal;
 }
 
-/* Change of phi in row `index` of the reduced system for given changes of all kinematic rows, the
+/* Change of phi in row `row` of the reduced system for given changes of the kinematic rows, the
    change of the radius and the change of the percussion `column` (-1: none). */
-static real sg_phi_change(const SG(work) * w, const sg_problem *pr, int index, const real *dy,
-                          real d_radius, int column) {
-    if (SG_NF == 0 || w->kind[index] == SG_ROW_FREE) {
-        return w->prox_r[index] * dy[index];
+static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int row, const real *dy,
+                                 real d_radius, int column) {
+    if (SG_NF == 0 || w->kind[row] == SG_ROW_FREE) {
+        return w->prox_r[row] * dy[row];
     } else {
-        const int slot = index / SG_ROWS;
-        int d = 0;
+        const sg_slip *own = &sg_slips[row % SG_ROWS - SG_SLIP];
+        const sg_contact *contact = &sg_contacts[own->contact];
+        const int first = row - own->component;
+        real change = row == column ? SG_C(1.0) : SG_C(0.0);
         int e;
-        const int k = sg_contact_of_slip(index % SG_ROWS, &d);
-        const sg_contact *contact = &sg_contacts[k];
-        const int first = index - d;
-        real change = index == column ? SG_C(1.0) : SG_C(0.0);
         /* Radius: mu R_N, or the given bound along dx. */
-        if (contact->normal >= 0) {
-            const int n = slot * SG_NC + SG_NORMAL + contact->normal;
-            if (column == n && w->lambda[pr->lambda + n] >= SG_C(0.0)) {
-                change += w->slip[index] * w->friction * w->mu[k];
-            }
-        } else {
-            change += w->slip[index] * w->friction * d_radius;
+        if (contact->normal < 0) {
+            change += w->slip[row] * w->friction * d_radius;
+        } else if (column == sg_pressing(row) && w->lambda[pr->lambda + column] >= SG_C(0.0)) {
+            change += w->slip[row] * w->friction * w->mu[own->contact];
         }
         /* Direction: ratio (1 - n n^T) (r C dx - dlambda). */
-        for (e = 0; e < contact->components; ++e) {
+        for (e = 0; e < contact->components && contact->components > 1; ++e) {
             const int other = first + e;
             const real projector =
-                (d == e ? SG_C(1.0) : SG_C(0.0)) - w->slip[index] * w->slip[other];
-            if (contact->components > 1) {
-                real turn = w->prox_r[other] * dy[other];
-                if (other == column) {
-                    turn -= SG_C(1.0);
-                }
-                change += w->ratio[index] * projector * turn;
+                (row == other ? SG_C(1.0) : SG_C(0.0)) - w->slip[row] * w->slip[other];
+            real turn = w->prox_r[other] * dy[other];
+            if (other == column) {
+                turn -= SG_C(1.0);
             }
+            change += w->ratio[row] * projector * turn;
         }
         return change;
     }
 }
 
-/* Change of the given bound in row `index` along z; zero for rows of contacts. */
-static real sg_bound_change(const SG(work) * w, const sg_problem *pr, int index, const real *z) {
-    if (SG_NB > 0 && w->kind[index] == SG_ROW_SLIP) {
-        int d = 0;
-        const sg_contact *contact = &sg_contacts[sg_contact_of_slip(index % SG_ROWS, &d)];
-        if (contact->normal < 0) {
-            const int row = index / SG_ROWS * SG_NB + contact->bound;
-            return sg_row_dot(&pr->C_radius, w->C_radius, row, z);
+/* Change of the given bound in row `row` along z; zero for rows of contacts. */
+static inline real sg_bound_change(const SG(work) * w, const sg_problem *pr, int row,
+                                   const real *z) {
+    if (SG_NB > 0 && w->kind[row] == SG_ROW_SLIP) {
+        const int bound = sg_contacts[sg_slips[row % SG_ROWS - SG_SLIP].contact].bound;
+        if (bound >= 0) {
+            return sg_row_dot(&pr->C_radius, w->C_radius, row / SG_ROWS * SG_NB + bound, z);
         }
     }
     return SG_C(0.0);
 }
 
-/* Right-hand side and matrix S of the reduced system, by columns, in scaled percussions. */
-static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
+/* Row a of the reduced system where its kinematics are to vanish. */
+static void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a) {
+    const int row = w->reduced[a];
+    const real r = w->prox_r[row];
+    const real weight = r * w->inverse_scale[a];
+    int b;
+    w->rhs[a] = -(w->phi[row] + r * sg_row_dot(&pr->C, w->C, row, w->dx)) * w->inverse_scale[a];
+    for (b = 0; b < n; ++b) {
+        const real dy = sg_row_dot(&pr->C, w->C, row, &w->Z[b * pr->n_border]);
+        w->S[b * n + a] = -(weight * w->root_scale[b]) * dy;
+    }
+}
+
+/* Row a of the reduced system where its contact slips. */
+static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a) {
+    const int row = w->reduced[a];
+    const sg_slip *own = &sg_slips[row % SG_ROWS - SG_SLIP];
+    const int first = row - own->component;
     real *dy = w->scratch;
-    int a, b;
+    int b, e;
     for (b = -1; b < n; ++b) {
         const real *z = b < 0 ? w->dx : &w->Z[b * pr->n_border];
-        const int column = b < 0 ? -1 : w->reduced[b];
         const real sign = b < 0 ? SG_C(1.0) : SG_C(-1.0);
-        for (a = 0; a < n; ++a) {
-            dy[w->reduced[a]] = sign * sg_row_dot(&pr->C, w->C, w->reduced[a], z);
+        const int column = b < 0 ? -1 : w->reduced[b];
+        real change;
+        for (e = 0; e < sg_contacts[own->contact].components; ++e) {
+            dy[first + e] = sign * sg_row_dot(&pr->C, w->C, first + e, z);
         }
-        for (a = 0; a < n; ++a) {
-            const int row = w->reduced[a];
-            const real change =
-                sg_phi_change(w, pr, row, dy, sign * sg_bound_change(w, pr, row, z), column);
-            if (b < 0) {
-                w->rhs[a] = -(w->phi[row] + change) * w->inverse_scale[a];
-            } else {
-                w->S[b * n + a] = change * w->root_scale[b] * w->inverse_scale[a];
-            }
+        change = sg_phi_change(w, pr, row, dy, sign * sg_bound_change(w, pr, row, z), column);
+        if (b < 0) {
+            w->rhs[a] = -(w->phi[row] + change) * w->inverse_scale[a];
+        } else {
+            w->S[b * n + a] = change * w->root_scale[b] * w->inverse_scale[a];
+        }
+    }
+}
+
+/* Right-hand side and matrix S of the reduced system, by columns, in scaled percussions. */
+static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
+    int a;
+    for (a = 0; a < n; ++a) {
+        if (SG_NF == 0 || w->kind[w->reduced[a]] == SG_ROW_FREE) {
+            sg_free_row(w, pr, n, a);
+        } else {
+            sg_slipping_row(w, pr, n, a);
         }
     }
 }
@@ -230,32 +238,84 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
     return 0;
 }
 
-/* Eliminate the velocities, with `border` the bilateral percussions too if their rows are
-   independent, and reduce to the other percussions that are not zero. Returns their number, or -1
-   if the smooth block is singular. */
-static int sg_reduce(SG(work) * w, int problem, int border) {
+/* The share of the normal percussion `normal` that friction row k follows where its contact slips
+   in the plane: dlambda_F = -phi_F + share dlambda_N. */
+static real sg_share(const SG(work) * w, const sg_problem *pr, int k, int normal) {
+    const real mu = w->mu[sg_slips[k % SG_ROWS - SG_SLIP].contact];
+    return w->lambda[pr->lambda + normal] >= SG_C(0.0) ? -(w->slip[k] * w->friction * mu)
+                                                       : SG_C(0.0);
+}
+
+/* Take percussion k into the reduced system, with what follows it. */
+static void sg_take_in(SG(work) * w, int problem, int n, int k) {
     const sg_problem *pr = &sg_problems[problem];
-    const int n_lambda = pr->n_slots * SG_NC;
+    const int f = w->follower[k];
+    const real share = f < 0 ? SG_C(0.0) : sg_share(w, pr, f, k);
+    sg_answer(w, problem, k, f, share, &w->Z[n * pr->n_border]);
+    w->reduced[n] = k;
+    w->root_scale[n] = sg_root_mass(w, k);
+    w->inverse_scale[n] = SG_C(1.0) / w->root_scale[n];
+}
+
+/* Set the change of percussion k to -known, for now, and add its effect to the right-hand side. */
+static void sg_leave(SG(work) * w, const sg_problem *pr, int k, real known) {
+    w->dlambda[k] = -known;
+    if (known != SG_C(0.0)) {
+        sg_add_row(&pr->B, w->B, k, known, w->dx);
+    }
+}
+
+/* Eliminate the velocities and reduce to the percussions that are not zero. With `lean` the
+   bilateral percussions, if their rows are independent, and friction that follows a normal
+   percussion are eliminated, too. Returns the number of percussions left, or -1 if the smooth block
+   is singular. */
+static int sg_reduce(SG(work) * w, int problem, int lean) {
+    const sg_problem *pr = &sg_problems[problem];
     const real *lambda = &w->lambda[pr->lambda];
     int n = 0;
-    int k;
-    if (!sg_factor_smooth(w, problem, border)) {
+    int slot, c, d, k;
+    if (!sg_factor_smooth(w, problem, lean)) {
         return -1;
     }
+    w->lean = lean;
     sg_smooth_rows(w, pr);
-    for (k = 0; k < n_lambda; ++k) {
-        w->dlambda[k] = SG_C(0.0);
-        if (w->kind[k] == SG_ROW_ZERO) {
-            w->dlambda[k] = -lambda[k];
-            if (lambda[k] != SG_C(0.0)) {
-                sg_add_row(&pr->B, w->B, k, lambda[k], w->dx);
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        const int base = slot * SG_NC;
+        for (c = base; c < base + SG_NORMAL; ++c) {
+            w->follower[c] = -1;
+            w->dlambda[c] = SG_C(0.0);
+            if (w->kind[c] == SG_ROW_ZERO) {
+                sg_leave(w, pr, c, lambda[c]);
+            } else if (!w->bordered) {
+                sg_take_in(w, problem, n, c);
+                ++n;
             }
-        } else if (!w->bordered || k % SG_ROWS >= SG_NORMAL) {
-            sg_answer(w, problem, k, &w->Z[n * pr->n_border]);
-            w->reduced[n] = k;
-            w->root_scale[n] = w->root_mass[k % SG_ROWS];
-            w->inverse_scale[n] = SG_C(1.0) / w->root_scale[n];
-            ++n;
+        }
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int normal = base + SG_NORMAL + contact->normal;
+            const int f = base + SG_SLIP + contact->friction;
+            const int pressed = contact->normal >= 0 && w->kind[normal] == SG_ROW_FREE;
+            const int tied =
+                lean && pressed && contact->components == 1 && w->kind[f] == SG_ROW_SLIP;
+            if (pressed) {
+                w->follower[normal] = tied ? f : -1;
+                w->dlambda[normal] = SG_C(0.0);
+                sg_take_in(w, problem, n, normal);
+                ++n;
+            } else if (contact->normal >= 0) {
+                sg_leave(w, pr, normal, lambda[normal]);
+            }
+            for (d = f; d < f + contact->components; ++d) {
+                if (tied || w->kind[d] == SG_ROW_ZERO) {
+                    sg_leave(w, pr, d, tied ? w->phi[d] : lambda[d]);
+                } else {
+                    w->follower[d] = -1;
+                    w->dlambda[d] = SG_C(0.0);
+                    sg_take_in(w, problem, n, d);
+                    ++n;
+                }
+            }
         }
     }
     sg_solve_smooth(w, problem, 0, w->dx);
@@ -286,7 +346,12 @@ static void sg_expand_direction(SG(work) * w, const sg_problem *pr, int n) {
     for (a = 0; a < n; ++a) {
         const real change = w->solution[a] * w->root_scale[a];
         const real *Z = &w->Z[a * pr->n_border];
-        w->dlambda[w->reduced[a]] = change;
+        const int row = w->reduced[a];
+        const int follower = w->follower[row];
+        w->dlambda[row] = change;
+        if (follower >= 0) {
+            w->dlambda[follower] += sg_share(w, pr, follower, row) * change;
+        }
         for (i = 0; i < pr->n_border; ++i) {
             w->dx[i] -= Z[i] * change;
         }
@@ -311,7 +376,7 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
         sg_expand_direction(w, pr, n);
         return 0;
     }
-    if (w->bordered) {
+    if (w->lean) {
         n = sg_reduce(w, problem, 0);
     }
     rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
@@ -347,6 +412,19 @@ static void sg_move(SG(work) * w, int problem, real alpha) {
     }
     for (i = 0; i < pr->n_slots * SG_NC; ++i) {
         w->lambda[pr->lambda + i] = w->lambda_old[i] + alpha * w->dlambda[i];
+    }
+}
+
+/* Take the whole Newton direction. */
+static void sg_advance(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const sg_index *order = &sg_table[pr->K.order];
+    int i;
+    for (i = 0; i < pr->n_x; ++i) {
+        w->x[pr->x + order[i]] += w->dx[i];
+    }
+    for (i = 0; i < pr->n_slots * SG_NC; ++i) {
+        w->lambda[pr->lambda + i] += w->dlambda[i];
     }
 }
 
@@ -444,10 +522,8 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
                                                                         : SG_K(NONFINITE);
         }
         w->deficiency = deficiency;
-        sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
-        sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_old);
         if (!damped) {
-            sg_move(w, problem, SG_C(1.0));
+            sg_advance(w, problem);
             sg_evaluate(w, par, opt, problem);
             *measure = sg_residual(w, opt, problem);
         } else {
@@ -456,6 +532,8 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
             real best_alpha = SG_C(1.0);
             real alpha = SG_C(1.0);
             int halving;
+            sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
+            sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_old);
             for (halving = 0; halving < 6; ++halving) {
                 sg_move(w, problem, alpha);
                 sg_evaluate(w, par, opt, problem);

@@ -20,7 +20,7 @@ static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) 
     sg_smooth_rows(w, pr);
     sg_solve_smooth(w, problem, 0, w->dx);
     for (b = 0; b < n; ++b) {
-        sg_answer(w, problem, b, &w->Z[b * pr->n_border]);
+        sg_answer(w, problem, b, b, SG_C(0.0), &w->Z[b * pr->n_border]);
     }
     for (a = 0; a < n; ++a) {
         w->phi[a] = w->y[a] + sg_row_dot(&pr->C, w->C, a, w->dx);
@@ -33,7 +33,7 @@ static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) 
 }
 
 /* 1 if contact k takes part in the problem. */
-static int sg_joins(const SG(work) * w, const sg_problem *pr, int k) {
+static inline int sg_joins(const SG(work) * w, const sg_problem *pr, int k) {
     return w->exists[k] && (!pr->follows || w->active[k] || sg_contacts[k].normal < 0);
 }
 
@@ -105,7 +105,7 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
             w->cell[a * m + b] = w->S[w->reduced[b] * n + row];
         }
         w->cell[a * m + a] += sg_softness(w, n, row);
-        w->root_scale[a] = SG_C(1.0) / w->root_mass[row % SG_ROWS];
+        w->root_scale[a] = sg_root_mass(w, row);
     }
     for (b = 0; b < m; ++b) {
         const int row = w->reduced[b];
@@ -510,7 +510,6 @@ static void sg_held_rows(SG(work) * w, const sg_problem *pr) {
 static void sg_settle(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                       int limit, int *iterations) {
     const sg_problem *pr = &sg_problems[problem];
-    const int n = pr->n_slots * SG_NC;
     int round;
     for (round = 0; round < limit; ++round) {
         SG(values)(w, par, problem);
@@ -524,8 +523,6 @@ static void sg_settle(SG(work) * w, const SG(params) * par, const SG(options) * 
         if (sg_newton_direction(w, opt, problem, 0) < 0) {
             return;
         }
-        sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
-        sg_copy(n, &w->lambda[pr->lambda], w->lambda_old);
-        sg_move(w, problem, SG_C(1.0));
+        sg_advance(w, problem);
     }
 }

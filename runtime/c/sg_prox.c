@@ -1,10 +1,10 @@
 /* Proximal points (64), (65) and what their derivatives need. */
 
 /* prox onto the nonpositive numbers; a value inside the band counts as nonpositive. */
-static int sg_is_closed(real z, real band) { return z <= band; }
+static inline int sg_is_closed(real z, real band) { return z <= band; }
 
 /* Euclidean norm of one or two components; no intermediate overflow. */
-static real sg_norm(int n, const real *z) {
+static inline real sg_norm(int n, const real *z) {
     if (n == 1) {
         return SG_FABS(z[0]);
     } else {
@@ -20,8 +20,8 @@ static real sg_norm(int n, const real *z) {
 
 /* prox onto the ball of a radius >= 0: returns 1 inside (identity), else 0 with the unit vector
    `direction` of z and `ratio` = radius / |z|, so that prox(z) = radius * direction. */
-static int sg_prox_ball(int n, const real *z, real radius, real band, real *direction,
-                        real *ratio) {
+static inline int sg_prox_ball(int n, const real *z, real radius, real band, real *direction,
+                               real *ratio) {
     const real size = sg_norm(n, z);
     int i;
     if (size <= radius + band) {

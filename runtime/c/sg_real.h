@@ -5,6 +5,7 @@ typedef SG(real) real;
 #define SG_C(x) x##F
 #define SG_EPS FLT_EPSILON
 #define SG_HUGE FLT_MAX
+#define SG_TINY FLT_MIN
 #define SG_SQRT(x) sqrtf(x)
 #define SG_FABS(x) fabsf(x)
 #define SG_TOLERANCE (64.0F * FLT_EPSILON) /* default of options.tol */
@@ -20,6 +21,7 @@ typedef SG(real) real;
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
 #define SG_HUGE DBL_MAX
+#define SG_TINY DBL_MIN
 #define SG_SQRT(x) sqrt(x)
 #define SG_FABS(x) fabs(x)
 #define SG_TOLERANCE (4096.0 * DBL_EPSILON)
@@ -43,12 +45,12 @@ typedef SG(real) real;
 #define SG_TURNS 3
 #define SG_RAISING 45
 
-static real sg_max(real a, real b) { return a > b ? a : b; }
+static inline real sg_max(real a, real b) { return a > b ? a : b; }
 
 /* 1 if x is neither infinite nor NaN. */
-static int sg_finite(real x) { return x - x == SG_C(0.0); }
+static inline int sg_finite(real x) { return x - x == SG_C(0.0); }
 
-static int sg_all_finite(int n, const real *x) {
+static inline int sg_all_finite(int n, const real *x) {
     real sum = SG_C(0.0); /* NaN if any x - x is */
     int i;
     for (i = 0; i < n; ++i) {
@@ -57,21 +59,21 @@ static int sg_all_finite(int n, const real *x) {
     return sum == SG_C(0.0);
 }
 
-static void sg_fill(int n, real value, real *x) {
+static inline void sg_fill(int n, real value, real *x) {
     int i;
     for (i = 0; i < n; ++i) {
         x[i] = value;
     }
 }
 
-static void sg_copy(int n, const real *from, real *to) {
+static inline void sg_copy(int n, const real *from, real *to) {
     int i;
     for (i = 0; i < n; ++i) {
         to[i] = from[i];
     }
 }
 
-static real sg_dot(int n, const real *a, const real *b) {
+static inline real sg_dot(int n, const real *a, const real *b) {
     real sum = SG_C(0.0);
     int i;
     for (i = 0; i < n; ++i) {

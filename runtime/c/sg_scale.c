@@ -30,7 +30,7 @@ static int sg_factor_mass(SG(work) * w) {
                                      w->factors, w->scratch);
     if (w->exchanged) {
         for (k = 0; k < SG_NQ; ++k) {
-            w->pivot_scale[k] = w->root_inertia[sg_table[sg_mass.order + k]];
+            w->pivot_scale[k] = SG_C(1.0) / w->root_inertia[sg_table[sg_mass.order + k]];
         }
         sg_expand(SG_NQ, &sg_mass, w->mass, w->full);
         return sg_lu_factor(SG_NQ, w->full, w->pivot_scale, w->pivot);
@@ -128,17 +128,20 @@ static int sg_masses(SG(work) * w) {
             m[1] = m[0];
         }
     }
-    for (c = 0; c < SG_NC; ++c) {
-        w->root_mass[c] = SG_SQRT(w->m_eff[c] / w->inertia[0]);
-    }
     return 1;
 }
 
-/* Round-off of a velocity row of a stage: where gaps are closed to their round-off, velocities of
-   the stages are determined no better. */
-static real sg_velocity_floor(const SG(work) * w, const sg_problem *pr, int slot, int c) {
+/* Root of the effective mass of percussion row k relative to the first inertia. */
+static real sg_root_mass(const SG(work) * w, int k) {
+    return SG_SQRT(w->m_eff[k % SG_ROWS] / w->inertia[0]);
+}
+
+/* Velocity of a slot over its gap where one percussion changes both; 0 where there are no gaps.
+   Where gaps are closed to their round-off, velocities of the stages are determined no better than
+   this rate times that. */
+static inline real sg_slot_rate(const SG(work) * w, const sg_problem *pr, int slot) {
     const real *response = sg_response[pr->response + slot];
-    return slot < pr->gap_slots ? w->gap_floor[c] * response[1] / (w->h * response[0]) : SG_C(0.0);
+    return slot < pr->gap_slots ? response[1] / (w->h * response[0]) : SG_C(0.0);
 }
 
 /* Largest velocity of every coordinate in the step. Returns 1 if all are within a factor of two of
@@ -148,13 +151,16 @@ static int sg_keeps_pace(SG(work) * w, int problem) {
     int keeps = w->formed;
     int i, j;
     for (j = 0; j < SG_NQ; ++j) {
-        real fastest = SG_FABS(w->v[j]);
-        for (i = pr->x + j; i < pr->x + pr->n_x; i += SG_NQ) {
-            fastest = sg_max(fastest, SG_FABS(w->x[i]));
+        w->scratch[j] = SG_FABS(w->v[j]);
+    }
+    for (i = pr->x; i < pr->x + pr->n_x; i += SG_NQ) {
+        for (j = 0; j < SG_NQ; ++j) {
+            w->scratch[j] = sg_max(w->scratch[j], SG_FABS(w->x[i + j]));
         }
-        keeps =
-            keeps && fastest <= SG_C(2.0) * w->fastest[j] && w->fastest[j] <= SG_C(2.0) * fastest;
-        w->scratch[j] = fastest;
+    }
+    for (j = 0; j < SG_NQ; ++j) {
+        keeps &= w->scratch[j] <= SG_C(2.0) * w->fastest[j] &&
+                 w->fastest[j] <= SG_C(2.0) * w->scratch[j];
     }
     return keeps;
 }
@@ -177,7 +183,9 @@ static void sg_momentum_scales(SG(work) * w) {
     for (j = 0; j < SG_NQ; ++j) {
         w->momentum_scale[j] =
             sg_max(w->momentum_scale[j], SG_C(0.0009765625) * energetic * w->root_inertia[j]);
-        w->momentum_inverse[j] = SG_C(1.0) / w->momentum_scale[j];
+        /* bounded, so that a row without any scale is solved by 0 alone */
+        w->momentum_inverse[j] =
+            w->momentum_scale[j] > SG_TINY ? SG_C(1.0) / w->momentum_scale[j] : SG_HUGE;
         w->pace[j] = sg_max(w->pace[j], w->momentum_scale[j] / w->inertia[j]);
     }
 }
@@ -218,18 +226,16 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
     }
     w->floored = problem + 1;
     for (slot = 0; slot < pr->n_slots; ++slot) {
+        const real rate = sg_slot_rate(w, pr, slot);
         for (c = 0; c < SG_NC; ++c) {
             const int n = slot * SG_NC + c;
-            w->rounding[n] = SG_FLOOR * w->percussion_scale[c];
-            w->phi_floor[n] = w->rounding[n];
-            if (sg_is_gap(pr, slot, c)) {
-                w->phi_floor[n] += w->r_auto[n] * w->gap_floor[c];
-                w->rounding[n] = w->phi_floor[n];
-            } else {
-                w->rounding[n] += w->r_auto[n] * sg_velocity_floor(w, pr, slot, c);
-            }
-            w->phi_inverse[n] =
-                SG_C(1.0) / (w->phi_floor[n] + tol * (w->percussion_scale[c] + w->phi_floor[n]));
+            const int gap = sg_is_gap(pr, slot, c);
+            const real own = SG_FLOOR * w->percussion_scale[c];
+            const real below = own + w->r_auto[n] * w->gap_floor[c] * (gap ? SG_C(1.0) : rate);
+            const real floor = gap ? below : own;
+            w->rounding[n] = below;
+            w->phi_floor[n] = floor;
+            w->phi_inverse[n] = SG_C(1.0) / (floor + tol * (w->percussion_scale[c] + floor));
         }
     }
 }
@@ -240,10 +246,11 @@ static void sg_prox_parameters(SG(work) * w, const SG(options) * opt, int proble
     int slot, c;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const real *response = sg_response[pr->response + slot];
+        const real gap = SG_C(1.0) / (w->h * response[0]);
+        const real velocity = SG_C(1.0) / response[1];
         for (c = 0; c < SG_NC; ++c) {
             const int k = slot * SG_NC + c;
-            const int gap = sg_is_gap(pr, slot, c);
-            w->r_auto[k] = gap ? w->m_eff[c] / (w->h * response[0]) : w->m_eff[c] / response[1];
+            w->r_auto[k] = w->m_eff[c] * (sg_is_gap(pr, slot, c) ? gap : velocity);
             w->prox_r[k] = opt->r > SG_C(0.0) && c >= SG_NORMAL ? opt->r : w->r_auto[k];
         }
     }

@@ -16,7 +16,7 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
     w->exchanged = w->careful || !SG(eliminate)(w, problem, 0);
     if (w->exchanged) {
         for (k = 0; k < n_x; ++k) {
-            w->pivot_scale[k] = w->root_inertia[sg_table[pr->K.order + k] % SG_NQ];
+            w->pivot_scale[k] = SG_C(1.0) / w->root_inertia[sg_table[pr->K.order + k] % SG_NQ];
         }
         sg_expand(n_x, &pr->K, w->K, w->full);
         return sg_lu_factor(n_x, w->full, w->pivot_scale, w->pivot);
@@ -54,13 +54,25 @@ static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
     }
 }
 
-/* How the velocities answer to percussion k, with opposite sign. */
-static void sg_answer(const SG(work) * w, int problem, int k, real *z) {
-    const sg_problem *pr = &sg_problems[problem];
+/* First velocity, in elimination order, that percussion k acts on; n_x if there is none. */
+static int sg_first_answer(const sg_problem *pr, int k) {
     const int begin = sg_table[pr->B.start + k];
+    return begin < sg_table[pr->B.start + k + 1] ? sg_table[pr->B.index + begin] : pr->n_x;
+}
+
+/* How the velocities answer to percussion k and `share` times percussion `tied`, with opposite
+   sign. */
+static void sg_answer(const SG(work) * w, int problem, int k, int tied, real share, real *z) {
+    const sg_problem *pr = &sg_problems[problem];
+    int first = sg_first_answer(pr, k);
     sg_fill(pr->n_border, SG_C(0.0), z);
-    if (begin < sg_table[pr->B.start + k + 1]) {
-        sg_add_row(&pr->B, w->B, k, SG_C(1.0), z);
-        sg_solve_smooth(w, problem, sg_table[pr->B.index + begin], z);
+    sg_add_row(&pr->B, w->B, k, SG_C(1.0), z);
+    if (share != SG_C(0.0)) {
+        const int other = sg_first_answer(pr, tied);
+        first = other < first ? other : first;
+        sg_add_row(&pr->B, w->B, tied, share, z);
+    }
+    if (first < pr->n_x) {
+        sg_solve_smooth(w, problem, first, z);
     }
 }

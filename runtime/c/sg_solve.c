@@ -23,14 +23,14 @@ static void sg_cold_start(SG(work) * w, int problem) {
 /* Start from the prediction in the state. */
 static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     const sg_problem *pr = &sg_problems[problem];
+    const real first = s->order > 0 ? SG_C(1.0) : SG_C(0.0);
+    const real second = s->order > 1 ? SG_C(1.0) : SG_C(0.0);
     int i;
     for (i = pr->x; i < pr->x + pr->n_x; ++i) {
-        w->x[i] = s->x[i] + (s->order > 0 ? s->x_1[i] : SG_C(0.0)) +
-                  (s->order > 1 ? s->x_2[i] : SG_C(0.0));
+        w->x[i] = s->x[i] + first * s->x_1[i] + second * s->x_2[i];
     }
     for (i = pr->lambda; i < pr->lambda + pr->n_slots * SG_NC; ++i) {
-        w->lambda[i] = s->lambda[i] + (s->order > 0 ? s->lambda_1[i] : SG_C(0.0)) +
-                       (s->order > 1 ? s->lambda_2[i] : SG_C(0.0));
+        w->lambda[i] = s->lambda[i] + first * s->lambda_1[i] + second * s->lambda_2[i];
     }
 }
 

@@ -13,7 +13,7 @@ typedef struct {
 } sg_factors;
 
 /* b += factor * row i. */
-static void sg_add_row(const sg_rows *p, const real *values, int i, real factor, real *b) {
+static inline void sg_add_row(const sg_rows *p, const real *values, int i, real factor, real *b) {
     const sg_index *start = &sg_table[p->start];
     const sg_index *index = &sg_table[p->index];
     const int last = start[i + 1];
@@ -24,7 +24,7 @@ static void sg_add_row(const sg_rows *p, const real *values, int i, real factor,
 }
 
 /* Row i times the vector b. */
-static real sg_row_dot(const sg_rows *p, const real *values, int i, const real *b) {
+static inline real sg_row_dot(const sg_rows *p, const real *values, int i, const real *b) {
     const sg_index *start = &sg_table[p->start];
     const sg_index *index = &sg_table[p->index];
     const int last = start[i + 1];

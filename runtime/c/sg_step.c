@@ -97,26 +97,38 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
     real error[3];
     int i, j;
     sg_fill(3, SG_C(0.0), error);
-    for (i = 0; i < SG_NX_TOTAL; i += SG_NQ) {
-        for (j = 0; j < SG_NQ; ++j) {
-            const int k = i + j;
-            /* at first velocities move on by the change of v */
-            const real d_1 = known > 0 ? w->x[k] - s->x[k] : w->v_end[j] - w->v[j];
-            const real d_2 = known > 0 ? d_1 - s->x_1[k] : SG_C(0.0);
-            const real d_3 = d_2 - s->x_2[k];
-            error[0] += SG_FABS(d_1) * w->root_inertia[j];
-            error[1] += SG_FABS(d_2) * w->root_inertia[j];
-            error[2] += SG_FABS(d_3) * w->root_inertia[j];
-            s->x[k] = w->x[k];
-            s->x_1[k] = d_1;
-            s->x_2[k] = d_2;
+    if (known > 0) {
+        for (i = 0; i < SG_NX_TOTAL; i += SG_NQ) {
+            for (j = 0; j < SG_NQ; ++j) {
+                const real d_1 = w->x[i + j] - s->x[i + j];
+                const real d_2 = d_1 - s->x_1[i + j];
+                const real d_3 = d_2 - s->x_2[i + j];
+                error[0] += SG_FABS(d_1) * w->root_inertia[j];
+                error[1] += SG_FABS(d_2) * w->root_inertia[j];
+                error[2] += SG_FABS(d_3) * w->root_inertia[j];
+                s->x[i + j] = w->x[i + j];
+                s->x_1[i + j] = d_1;
+                s->x_2[i + j] = d_2;
+            }
         }
-    }
-    for (i = 0; i < SG_NL_TOTAL; ++i) {
-        const real d_1 = known > 0 ? w->lambda[i] - s->lambda[i] : SG_C(0.0);
-        s->lambda_2[i] = known > 0 ? d_1 - s->lambda_1[i] : SG_C(0.0);
-        s->lambda_1[i] = d_1;
-        s->lambda[i] = w->lambda[i];
+        for (i = 0; i < SG_NL_TOTAL; ++i) {
+            const real d_1 = w->lambda[i] - s->lambda[i];
+            s->lambda_2[i] = d_1 - s->lambda_1[i];
+            s->lambda_1[i] = d_1;
+            s->lambda[i] = w->lambda[i];
+        }
+    } else {
+        /* at first velocities move on by the change of v */
+        for (i = 0; i < SG_NX_TOTAL; ++i) {
+            s->x[i] = w->x[i];
+            s->x_1[i] = w->v_end[i % SG_NQ] - w->v[i % SG_NQ];
+            s->x_2[i] = SG_C(0.0);
+        }
+        for (i = 0; i < SG_NL_TOTAL; ++i) {
+            s->lambda[i] = w->lambda[i];
+            s->lambda_1[i] = SG_C(0.0);
+            s->lambda_2[i] = SG_C(0.0);
+        }
     }
     s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
     if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {

@@ -6,6 +6,11 @@ typedef struct {
     int normal, friction, components, bound, guarded;
 } sg_contact;
 
+/* Contact of a slip row, and the component of its slip velocity. */
+typedef struct {
+    int contact, component;
+} sg_slip;
+
 /* One nonlinear problem of the scheme: n_x smooth unknowns (blocks of velocities), n_slots groups
    of SG_NC percussions, first unknown and first percussion of the problem in work.x and
    work.lambda, first row of the response table; gap_slots: in how many slots, from the first, the
@@ -26,6 +31,7 @@ enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };   /* info.percussions */
 enum { SG_COLD = 1, SG_RAISED = 2, SG_PATH = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
+static const sg_slip sg_slips[] = {SG_SLIP_TABLE};
 static const sg_factors sg_mass = {SG_MASS_TABLES};
 static const sg_rows sg_direction = {SG_DIRECTION_TABLES};
 static const sg_problem sg_problems[SG_PROBLEMS] = {SG_PROBLEM_TABLE};
@@ -47,13 +53,13 @@ static void SG(evaluate_consistency)(real t, const real q[], const real v[], con
                                      SG(consistency) * out);
 
 /* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
-static int sg_is_gap(const sg_problem *pr, int slot, int c) {
+static inline int sg_is_gap(const sg_problem *pr, int slot, int c) {
     return slot < pr->gap_slots &&
            (c < SG_NG || (c >= SG_NG + SG_NGAMMA && c < SG_NG + SG_NGAMMA + SG_NN));
 }
 
 /* 1 if bilateral row c of a slot takes part. */
-static int sg_takes_part(const sg_problem *pr, int slot, int c) {
+static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
     return slot + 1 < pr->n_slots || c < pr->last_rows;
 }
 

@@ -112,30 +112,33 @@ static void test_checker_on_wrong_steps(void) {
 
 static void test_laws(void) {
     const ball_options opt = ball_default_options();
+    const sg_limit limit = sg_limits(&opt);
     const double forward = 1.0;
     const double rest = 0.0;
     double force = -0.5;
-    ENSURE(sg_check_normal(0.0, 1.0, 0.0, 2.0, 1.0, &opt));
-    ENSURE(sg_check_normal(2.0, 1.0, 0.0, 0.0, 1.0, &opt));
-    ENSURE(!sg_check_normal(2.0, 1.0, 0.0, 2.0, 1.0, &opt));
-    ENSURE(!sg_check_normal(-1e-3, 1.0, 0.0, 2.0, 1.0, &opt));
-    ENSURE(!sg_check_normal(0.0, 1.0, 0.0, -1e-3, 1.0, &opt));
-    ENSURE(!sg_check_normal(NAN, 1.0, 0.0, 1.0, 1.0, &opt));
-    ENSURE(sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &opt));
+    ENSURE(sg_check_normal(0.0, 1.0, 0.0, 2.0, 1.0, &limit));
+    ENSURE(sg_check_normal(2.0, 1.0, 0.0, 0.0, 1.0, &limit));
+    ENSURE(!sg_check_normal(2.0, 1.0, 0.0, 2.0, 1.0, &limit));
+    ENSURE(!sg_check_normal(-1e-3, 1.0, 0.0, 2.0, 1.0, &limit));
+    ENSURE(!sg_check_normal(0.0, 1.0, 0.0, -1e-3, 1.0, &limit));
+    ENSURE(!sg_check_normal(NAN, 1.0, 0.0, 1.0, 1.0, &limit));
+    ENSURE(sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &limit));
     ENSURE(
-        !sg_check_friction(1, &forward, 1.0, &force, 0.4, 1.0, 0.0, &opt)); /* outside the ball */
-    ENSURE(!sg_check_friction(1, &forward, 1.0, &force, 0.6, 1.0, 0.0, &opt)); /* slips inside it */
-    ENSURE(sg_check_friction(1, &rest, 1.0, &force, 0.6, 1.0, 0.0, &opt));
+        !sg_check_friction(1, &forward, 1.0, &force, 0.4, 1.0, 0.0, &limit)); /* outside the ball */
+    ENSURE(
+        !sg_check_friction(1, &forward, 1.0, &force, 0.6, 1.0, 0.0, &limit)); /* slips inside it */
+    ENSURE(sg_check_friction(1, &rest, 1.0, &force, 0.6, 1.0, 0.0, &limit));
     force = 0.5;
-    ENSURE(!sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &opt)); /* along the slip */
+    ENSURE(
+        !sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &limit)); /* along the slip */
     force = NAN;
-    ENSURE(!sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &opt));
+    ENSURE(!sg_check_friction(1, &forward, 1.0, &force, 0.5, 1.0, 0.0, &limit));
     {
         const double slip[2] = {3.0, 4.0};
         const double against[2] = {-0.6, -0.8};
         const double across[2] = {-0.8, 0.6};
-        ENSURE(sg_check_friction(2, slip, 5.0, against, 1.0, 1.0, 0.0, &opt));
-        ENSURE(!sg_check_friction(2, slip, 5.0, across, 1.0, 1.0, 0.0, &opt));
+        ENSURE(sg_check_friction(2, slip, 5.0, against, 1.0, 1.0, 0.0, &limit));
+        ENSURE(!sg_check_friction(2, slip, 5.0, across, 1.0, 1.0, 0.0, &limit));
     }
 }
 
