@@ -132,10 +132,11 @@ static inline int sg_pressing(int k) {
    change of the radius and the change of the percussion `column` (-1: none). */
 static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int row, const real *dy,
                                  real d_radius, int column) {
-    if (SG_NF == 0 || w->kind[row] == SG_ROW_FREE) {
+    const int c = row % SG_ROWS - SG_SLIP;
+    if (c < 0 || w->kind[row] == SG_ROW_FREE) {
         return w->prox_r[row] * dy[row];
     } else {
-        const sg_slip *own = &sg_slips[row % SG_ROWS - SG_SLIP];
+        const sg_slip *own = &sg_slips[c];
         const sg_contact *contact = &sg_contacts[own->contact];
         const int first = row - own->component;
         real change = row == column ? SG_C(1.0) : SG_C(0.0);
@@ -143,7 +144,8 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         /* Radius: mu R_N, or the given bound along dx. */
         if (contact->normal < 0) {
             change += w->slip[row] * w->friction * d_radius;
-        } else if (column == sg_pressing(row) && w->lambda[pr->lambda + column] >= SG_C(0.0)) {
+        } else if (column >= 0 && column == sg_pressing(row) &&
+                   w->lambda[pr->lambda + column] >= SG_C(0.0)) {
             change += w->slip[row] * w->friction * w->mu[own->contact];
         }
         /* Direction: ratio (1 - n n^T) (r C dx - dlambda). */
@@ -164,8 +166,9 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
 /* Change of the given bound in row `row` along z; zero for rows of contacts. */
 static inline real sg_bound_change(const SG(work) * w, const sg_problem *pr, int row,
                                    const real *z) {
-    if (SG_NB > 0 && w->kind[row] == SG_ROW_SLIP) {
-        const int bound = sg_contacts[sg_slips[row % SG_ROWS - SG_SLIP].contact].bound;
+    const int c = row % SG_ROWS - SG_SLIP;
+    if (SG_NB > 0 && c >= 0 && w->kind[row] == SG_ROW_SLIP) {
+        const int bound = sg_contacts[sg_slips[c].contact].bound;
         if (bound >= 0) {
             return sg_row_dot(&pr->C_radius, w->C_radius, row / SG_ROWS * SG_NB + bound, z);
         }
@@ -186,10 +189,10 @@ static void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a) {
     }
 }
 
-/* Row a of the reduced system where its contact slips. */
-static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a) {
+/* Row a of the reduced system, slip row c of a slot, where its contact slips. */
+static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, int c) {
     const int row = w->reduced[a];
-    const sg_slip *own = &sg_slips[row % SG_ROWS - SG_SLIP];
+    const sg_slip *own = &sg_slips[c];
     const int first = row - own->component;
     real *dy = w->scratch;
     int b, e;
@@ -214,10 +217,12 @@ static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a) {
 static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
     int a;
     for (a = 0; a < n; ++a) {
-        if (SG_NF == 0 || w->kind[w->reduced[a]] == SG_ROW_FREE) {
+        const int row = w->reduced[a];
+        const int c = row % SG_ROWS - SG_SLIP;
+        if (c < 0 || w->kind[row] == SG_ROW_FREE) {
             sg_free_row(w, pr, n, a);
         } else {
-            sg_slipping_row(w, pr, n, a);
+            sg_slipping_row(w, pr, n, a, c);
         }
     }
 }
@@ -241,7 +246,8 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
 /* The share of the normal percussion `normal` that friction row k follows where its contact slips
    in the plane: dlambda_F = -phi_F + share dlambda_N. */
 static real sg_share(const SG(work) * w, const sg_problem *pr, int k, int normal) {
-    const real mu = w->mu[sg_slips[k % SG_ROWS - SG_SLIP].contact];
+    const int c = k % SG_ROWS - SG_SLIP;
+    const real mu = c < 0 ? SG_C(0.0) : w->mu[sg_slips[c].contact];
     return w->lambda[pr->lambda + normal] >= SG_C(0.0) ? -(w->slip[k] * w->friction * mu)
                                                        : SG_C(0.0);
 }
@@ -467,7 +473,8 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
     real past[4] = {SG_HUGE, SG_HUGE, SG_HUGE, SG_HUGE};
     real merit, stall;
     real nearest = SG_HUGE;
-    int since = 0; /* iterations since the nearest point */
+    const int before = *iterations;
+    int nearer; /* whether this point is clearly the nearest so far */
     int damped = search;
     int iteration, i;
     sg_evaluate(w, par, opt, problem);
@@ -485,20 +492,17 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         }
         stall = SG_HUGE;
         merit = SG_HUGE;
-        if (iteration > 0 || damped) {
+        if (iteration > 0 || damped || w->careful) {
             merit = sg_merit(w, problem, &stall);
         }
-        ++since;
-        if (stall < SG_C(0.25) * nearest) {
-            since = 0;
-        }
+        nearer = stall < SG_C(0.25) * nearest;
         if (stall < nearest) {
             nearest = stall;
             sg_copy(pr->n_x, &w->x[pr->x], w->x_best);
             sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_best);
         }
         /* Stalled at the level of round-off, or going round there. */
-        if (((iteration >= 3 && since > 0) || iteration >= max_iterations) &&
+        if (((iteration >= 3 && !nearer) || iteration >= max_iterations) &&
             sg_keep_nearest(w, par, opt, problem, nearest, measure)) {
             return SG_K(OK);
         }
@@ -507,8 +511,8 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         }
         now = sg_fingerprint(w, n_lambda);
         for (i = 2; i <= 4; ++i) {
-            const int before = (iteration + 4 - i) % 4;
-            if (iteration >= i && seen[before] == now && *measure > SG_C(0.5) * past[before]) {
+            const int last = (iteration + 4 - i) % 4;
+            if (iteration >= i && seen[last] == now && *measure > SG_C(0.5) * past[last]) {
                 damped = 1;
             }
         }
@@ -516,7 +520,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         past[iteration % 4] = *measure;
         SG(derivatives)(w, par, problem);
         deficiency = sg_newton_direction(w, opt, problem, damped);
-        ++*iterations;
+        *iterations = before + iteration + 1;
         if (deficiency < 0) {
             return sg_all_finite(sg_table[pr->K.start + pr->n_x], w->K) ? SG_K(SINGULAR)
                                                                         : SG_K(NONFINITE);

@@ -37,6 +37,12 @@ static inline int sg_joins(const SG(work) * w, const sg_problem *pr, int k) {
     return w->exists[k] && (!pr->follows || w->active[k] || sg_contacts[k].normal < 0);
 }
 
+/* Slip components of contact k that friction acts on. */
+static int sg_rubbing(const SG(work) * w, int k) {
+    const sg_contact *contact = &sg_contacts[k];
+    return contact->normal < 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
+}
+
 /* Start of the path: contacts open, friction elements slipping; w->ratio receives d. */
 static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
     const int n = pr->n_slots * SG_NC;
@@ -283,6 +289,7 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
             const sg_contact *contact = &sg_contacts[k];
             const int f = base + SG_SLIP + contact->friction;
             const int n = base + SG_NORMAL + contact->normal;
+            const int components = sg_rubbing(w, k);
             const int was = last->slot == slot && last->contact == k ? last->what : -1;
             real when[2] = {SG_HUGE, SG_HUGE};
             int what[2] = {SG_OPENS, SG_STICKS};
@@ -298,23 +305,23 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
                 if (contact->normal >= 0 && was != SG_CLOSES) {
                     when[0] = sg_path_zero(w->dlambda[n], way * w->lambda_best[n]);
                 }
-                if (contact->components > 0 && w->kind[f] == SG_ROW_SLIP) {
+                if (components > 0 && w->kind[f] == SG_ROW_SLIP) {
                     real value = SG_C(0.0);
                     real rate = SG_C(0.0);
-                    for (d = 0; d < contact->components; ++d) {
+                    for (d = 0; d < components; ++d) {
                         value += w->slip[f + d] * w->tau[f + d];
                         rate += w->slip[f + d] * w->tau_z[f + d];
                     }
                     if (was != SG_SLIPS) {
                         when[1] = sg_path_zero(value, way * rate);
                     }
-                } else if (contact->components > 0) {
+                } else if (components > 0) {
                     real radius, rate, a, b, c;
                     sg_path_radius(w, slot, k, &radius, &rate);
                     a = rate * rate;
                     b = SG_C(2.0) * way * radius * rate;
                     c = radius * radius;
-                    for (d = 0; d < contact->components; ++d) {
+                    for (d = 0; d < components; ++d) {
                         const real force = w->dlambda[f + d];
                         a -= w->lambda_best[f + d] * w->lambda_best[f + d];
                         b -= SG_C(2.0) * way * force * w->lambda_best[f + d];
@@ -343,6 +350,7 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
 static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
     const sg_contact *contact = &sg_contacts[event->contact];
     const int base = event->slot * SG_NC;
+    const int components = sg_rubbing(w, event->contact);
     const int f = base + SG_SLIP + contact->friction;
     real direction[2] = {SG_C(1.0), SG_C(0.0)};
     real size;
@@ -351,22 +359,22 @@ static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
         w->kind[base + SG_NORMAL + contact->normal] =
             event->what == SG_OPENS ? SG_ROW_ZERO : SG_ROW_FREE;
     }
-    for (d = 0; d < contact->components; ++d) {
+    for (d = 0; d < components; ++d) {
         /* Slips where it moves; from sticking against its friction. */
         direction[d] = event->what == SG_CLOSES ? w->tau[f + d] : -w->dlambda[f + d];
         w->kind[f + d] = event->what == SG_OPENS    ? SG_ROW_ZERO
                          : event->what == SG_STICKS ? SG_ROW_FREE
                                                     : SG_ROW_SLIP;
     }
-    size = contact->components > 0 ? sg_norm(contact->components, direction) : SG_C(0.0);
+    size = components > 0 ? sg_norm(components, direction) : SG_C(0.0);
     if (event->what == SG_SLIPS && !(size > SG_C(0.0))) {
-        for (d = 0; d < contact->components; ++d) {
+        for (d = 0; d < components; ++d) {
             direction[d] = -way * w->lambda_best[f + d];
         }
-        size = sg_norm(contact->components, direction);
+        size = sg_norm(components, direction);
     }
-    known = contact->components == 2 && (w->slip[f] != SG_C(0.0) || w->slip[f + 1] != SG_C(0.0));
-    for (d = 0; d < contact->components; ++d) {
+    known = components == 2 && (w->slip[f] != SG_C(0.0) || w->slip[f + 1] != SG_C(0.0));
+    for (d = 0; d < components; ++d) {
         if ((event->what == SG_CLOSES && !known) || event->what == SG_SLIPS) {
             w->slip[f + d] =
                 size > SG_C(0.0) ? direction[d] / size : (d == 0 ? SG_C(1.0) : SG_C(0.0));

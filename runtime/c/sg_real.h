@@ -42,7 +42,7 @@ typedef SG(real) real;
  */
 #define SG_PLAIN 9
 #define SG_HELD 5
-#define SG_TURNS 3
+#define SG_TURNS 12
 #define SG_RAISING 45
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
