@@ -89,22 +89,38 @@ def compile_library(source: Path, prefix: str) -> Path:
     CompilerError
         If there is no compiler, or with its messages if it fails.
     """
-    command = find_compiler()
     text = source.read_bytes()
     lines = text.count(b"\n")
     level = next(level for least, level in _LEVELS if lines >= least)
-    extra = shlex.split(os.environ.get("SIGNORINI_CFLAGS", ""))
-    flags = [level, *FLAGS, *extra]
-    digest = hashlib.sha256()
     header = source.with_suffix(".h")
-    heading = _without_defaults(header.read_bytes())
-    driver = _BATCH.read_bytes()
-    for part in (
-        _without_defaults(text),
-        heading,
-        driver,
-        repr([*command, *flags]).encode(),
-    ):
+    parts = (_without_defaults(text), _without_defaults(header.read_bytes()), _BATCH.read_bytes())
+    heading = (f"-DSIGNORINI_PREFIX={prefix}", "-include", header.name, "-I.")
+    return _shared(source, parts, (level, *FLAGS), heading, (str(_BATCH), "-lm"))
+
+
+def compile_plain(source: Path) -> Path:
+    """Compile one C file that needs only libm into a shared library and return its path.
+
+    Raises
+    ------
+    CompilerError
+        If there is no compiler, or with its messages if it fails.
+    """
+    return _shared(source, (source.read_bytes(),), ("-O2", *FLAGS), (), ("-lm",))
+
+
+def _shared(
+    source: Path,
+    parts: tuple[bytes, ...],
+    flags: tuple[str, ...],
+    before: tuple[str, ...],
+    after: tuple[str, ...],
+) -> Path:
+    """Compile to a library in the cache, named by what goes into it."""
+    command = find_compiler()
+    flags = (*flags, *shlex.split(os.environ.get("SIGNORINI_CFLAGS", "")))
+    digest = hashlib.sha256()
+    for part in (*parts, repr([*command, *flags]).encode()):
         digest.update(part)
     target = cache_root() / "compiled" / f"{source.stem}-{digest.hexdigest()[:32]}.so"
     if target.is_file():
@@ -120,10 +136,7 @@ def compile_library(source: Path, prefix: str) -> Path:
     os.close(handle)
     try:
         result = subprocess.run(
-            [
-                *(*command, *flags, f"-DSIGNORINI_PREFIX={prefix}", "-include", header.name),
-                *("-I.", "-o", name, source.name, str(_BATCH), "-lm"),
-            ],
+            [*command, *flags, *before, "-o", name, source.name, *after],
             cwd=source.parent,
             capture_output=True,
             text=True,

@@ -7,20 +7,33 @@ explain are solved as they are, by Newton's method. If none holds the step has n
 start; that is the only proof of it.
 """
 
+import ctypes
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+from signorini.runtime.compile import compile_plain
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.stepper import Stepper
 
 OPEN, STICK, FORTH, BACK = range(4)
-_MOST = 300_000  # combinations of one problem: four contacts at two stages, three at three
-_CHUNK = 4096  # combinations solved at once
+_MOST = 4**12  # combinations of one problem: four contacts at three stages
+_CHUNK = 4096  # combinations that are handed over at once
 _LOOSE = 1e-2  # violation that the linearised equations may show
 _TIGHT = 1e-8
 _SOLVED = 1e-10
+_FAR = 1e3  # changes of velocity, over free flight's, that lead away from its neighbourhood
 _SOFT = 1e-11  # relative compliance of dependent rows while combinations are sifted
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """The compiled sift.c."""
+    library = ctypes.CDLL(str(compile_plain(Path(__file__).with_name("sift.c"))))
+    library.sift.restype = ctypes.c_long
+    return library
 
 
 @dataclass
@@ -181,51 +194,36 @@ class _Examination:
             return
         D, y0 = self.reduced(name, x, lam, spots)
         n = len(spots)
-        mu = np.array([self.mu[k] for _, k in spots])
-        slides = np.array([self.contacts[k]["components"] > 0 for _, k in spots])
-        tables = [np.array(c) for c in choices]
-        shape = tuple(len(c) for c in choices)
-        size = np.abs(np.diag(D)).copy()
+        size = np.abs(np.diag(D))
         size[size == 0] = 1.0
-        for first in range(0, total, _CHUNK):
-            index = np.unravel_index(np.arange(first, min(first + _CHUNK, total)), shape)
-            kinds = np.stack([t[i] for t, i in zip(tables, index, strict=True)], axis=1)
-            m = len(kinds)
-            A = np.zeros((m, 2 * n, 2 * n))
-            b = np.zeros((m, 2 * n))
-            for j in range(n):
-                closed = kinds[:, j] != OPEN
-                A[closed, j] = D[j]
-                A[closed, j, j] += _SOFT * size[j]
-                b[closed, j] = -y0[j]
-                A[~closed, j, j] = size[j]
-                stick = (kinds[:, j] == STICK) & slides[j]
-                A[stick, n + j] = D[n + j]
-                A[stick, n + j, n + j] += _SOFT * size[n + j]
-                b[stick, n + j] = -y0[n + j]
-                A[~stick, n + j, n + j] = 1
-                sign = np.where(kinds[:, j] == FORTH, 1.0, np.where(kinds[:, j] == BACK, -1.0, 0.0))
-                A[~stick, n + j, j] = (sign * mu[j] * slides[j])[~stick]
-            try:
-                R = np.linalg.solve(A, b[..., None])[..., 0]
-            except np.linalg.LinAlgError:
-                R = np.array([np.linalg.lstsq(A[i], b[i], rcond=1e-12)[0] for i in range(m)])
-            y = y0 + R @ D.T
-            push = np.abs(R).max(axis=1, keepdims=True) + np.abs(y0[:n] / size[:n]).max() + 1e-300
-            bad = np.zeros(m, dtype=bool)
-            for j in range(n):
-                slack = _LOOSE * push[:, 0]
-                closed = kinds[:, j] != OPEN
-                bad |= ~closed & (y[:, j] / size[j] < -slack)
-                bad |= closed & (R[:, j] < -slack)
-                if slides[j]:
-                    stick = kinds[:, j] == STICK
-                    radius = mu[j] * np.maximum(R[:, j], 0)
-                    bad |= stick & (np.abs(R[:, n + j]) > radius + slack)
-                    rate = y[:, n + j] / size[n + j]
-                    bad |= (kinds[:, j] == FORTH) & (mu[j] > 0) & (rate < -slack)
-                    bad |= (kinds[:, j] == BACK) & (rate > slack)
-            yield from (tuple(row) for row in kinds[~bad])
+        arrays = (
+            np.ascontiguousarray(D),
+            np.ascontiguousarray(y0),
+            np.array([self.mu[k] for _, k in spots], dtype=float),
+            np.array([self.contacts[k]["components"] > 0 for _, k in spots], dtype=np.intc),
+            size,
+        )
+        count = np.array([len(c) for c in choices], dtype=np.intc)
+        table = np.zeros((n, 4), dtype=np.intc)
+        for row, states in zip(table, choices, strict=True):
+            row[: len(states)] = states
+        found = np.empty((_CHUNK, n), dtype=np.uint8)
+        first, after = 0, ctypes.c_long()
+        library = _library()
+        while first < total:
+            hits = library.sift(
+                n,
+                *(a.ctypes.data_as(ctypes.c_void_p) for a in arrays),
+                ctypes.c_double(_SOFT),
+                ctypes.c_double(_LOOSE),
+                count.ctypes.data_as(ctypes.c_void_p),
+                table.ctypes.data_as(ctypes.c_void_p),
+                *(ctypes.c_long(k) for k in (first, total, _CHUNK)),
+                found.ctypes.data_as(ctypes.c_void_p),
+                ctypes.byref(after),
+            )
+            yield from (tuple(row) for row in found[:hits].tolist())
+            first = after.value
 
     def reduced(
         self, name: str, x: np.ndarray, lam: np.ndarray, spots: list[tuple[int, int]]
@@ -281,7 +279,7 @@ class _Examination:
             change = np.linalg.lstsq(scaled, -F / unit, rcond=1e-11)[0] / columns
             x[first : first + n_x] += change[:n_x]
             lam[offset : offset + n] += change[n_x:]
-            if not np.all(np.isfinite(change)):
+            if not np.all(np.isfinite(change)) or np.abs(change[:n_x]).max() > _FAR * self.speed:
                 return None
             speed = max(float(np.abs(x).max()), self.speed)
             if np.abs(change[:n_x]).max() <= _SOLVED * speed:
