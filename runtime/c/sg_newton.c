@@ -287,13 +287,13 @@ static int sg_reduce(SG(work) * w, int problem, int lean) {
     sg_smooth_rows(w, pr);
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
-        for (c = base; c < base + SG_NORMAL; ++c) {
-            w->follower[c] = -1;
-            w->dlambda[c] = SG_C(0.0);
-            if (w->kind[c] == SG_ROW_ZERO) {
-                sg_leave(w, pr, c, lambda[c]);
+        for (c = 0; c < SG_NORMAL; ++c) {
+            w->follower[base + c] = -1;
+            w->dlambda[base + c] = SG_C(0.0);
+            if (w->kind[base + c] == SG_ROW_ZERO) {
+                sg_leave(w, pr, base + c, lambda[base + c]);
             } else if (!w->bordered) {
-                sg_take_in(w, problem, n, c);
+                sg_take_in(w, problem, n, base + c);
                 ++n;
             }
         }
@@ -312,13 +312,13 @@ static int sg_reduce(SG(work) * w, int problem, int lean) {
             } else if (contact->normal >= 0) {
                 sg_leave(w, pr, normal, lambda[normal]);
             }
-            for (d = f; d < f + contact->components; ++d) {
-                if (tied || w->kind[d] == SG_ROW_ZERO) {
-                    sg_leave(w, pr, d, tied ? w->phi[d] : lambda[d]);
+            for (d = 0; d < contact->components; ++d) {
+                if (tied || w->kind[f + d] == SG_ROW_ZERO) {
+                    sg_leave(w, pr, f + d, tied ? w->phi[f + d] : lambda[f + d]);
                 } else {
-                    w->follower[d] = -1;
-                    w->dlambda[d] = SG_C(0.0);
-                    sg_take_in(w, problem, n, d);
+                    w->follower[f + d] = -1;
+                    w->dlambda[f + d] = SG_C(0.0);
+                    sg_take_in(w, problem, n, f + d);
                     ++n;
                 }
             }
