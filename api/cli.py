@@ -449,6 +449,68 @@ def growth(*, out: Path, largest: int | None = None) -> None:
 
 
 @app.command
+def bench(
+    *,
+    cases: Pairs = None,
+    repeats: int = 51,
+    native: Switch = False,
+    counts: Switch = False,
+    peers: Switch = False,
+    store: Switch = False,
+    out: Path | None = None,
+) -> None:
+    """Time steps: ours with their goals, other engines beside them, instructions for regressions.
+
+    Parameters
+    ----------
+    cases
+        Cases to time, by default all.
+    repeats
+        Repetitions of every run; the time of a step is their median.
+    native
+        Also with -march=native.
+    counts
+        Count instructions with valgrind and compare them with the stored counts.
+    peers
+        Also run the scenes in MuJoCo, Exudyn and Drake: pip install 'signorini[peers]'.
+    store
+        Keep the counted instructions as what later runs are compared with.
+    out
+        Folder for bench.md, bench.json and, with --peers, cost.png.
+    """
+    from signorini.benchmarks import report
+
+    if repeats < 1:
+        raise RunError(f"repeats = {repeats}: give at least 1")
+    if store and not counts:
+        raise RunError("--store goes with --counts")
+    console = Console()
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    chosen = report.select(tuple(cases or ()))
+    with console.status("timing") as status:
+        results = report.measure(chosen, repeats, native, counts, peers, status.update)
+    tables = [report.ours(results), *([report.others(results)] if peers else [])]
+    for head, rows in tables:
+        table = Table(box=None, padding=(0, 0, 0, 1))
+        for name in head:
+            left = name in (head[0], "engine", "settings", "")
+            table.add_column(name, justify="left" if left else "right")
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
+    console.print(report.NOTES, style="dim", highlight=False)
+    if store:
+        report.store_counts(results)
+    if out is not None:
+        (out / "bench.md").write_text(report.markdown(results), encoding="utf-8")
+        (out / "bench.json").write_text(results.to_json() + "\n", encoding="utf-8")
+        if peers:
+            report.picture(results, out / "cost.png")
+        console.print(f"page and data: {out}", highlight=False)
+
+
+@app.command
 def stress(
     *,
     scenes: Pairs = None,

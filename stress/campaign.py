@@ -82,10 +82,7 @@ def case_of(scene: str, seed: int, number: int) -> Case:
 def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) -> Result:
     """Run one case and judge it."""
     stepper, case = stepper_of(scene, stages), case_of(scene, seed, number)
-    _, q, v = stepper.initial_state(case.parameters)
-    q = q if case.q is None else stepper._vector("q", case.q, q, "coordinates")
-    v = v if case.v is None else stepper._vector("v", case.v, v, "velocities")
-    q, v = stepper.project(q, v, case.t, case.parameters)
+    q, v = stepper.project(case.q, case.v, case.t, case.parameters)
     start = stepper.initial_state(case.parameters)[0] if case.t is None else case.t
     result = Result(scene, stages, runs=1)
     steps = SCENES[scene].steps

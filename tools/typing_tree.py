@@ -7,7 +7,10 @@ import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PARTS = ("bodies", "codegen", "models", "runtime", "stress", "studies", "templates", "verify")
+PARTS = (
+    *("benchmarks", "bodies", "codegen", "models", "runtime", "stress", "studies", "templates"),
+    "verify",
+)
 
 
 def make_tree() -> Path:

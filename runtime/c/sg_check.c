@@ -92,6 +92,7 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
             const sg_contact *contact = &sg_contacts[k];
             const int f = SG_SLIP + contact->friction;
             real radius = SG_C(0.0);
+            real scale = contact->components > 0 ? w->percussion_scale[f] : SG_C(0.0);
             int closed = w->exists[k];
             if (contact->normal >= 0) {
                 const int n = SG_NORMAL + contact->normal;
@@ -111,6 +112,8 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
                     return 0;
                 }
                 radius = w->mu[k] * R;
+                /* The radius is as uncertain as the normal percussion. */
+                scale = sg_max(scale, w->mu[k] * w->percussion_scale[n]);
             } else {
                 radius = w->radius_found[(pr->lambda / SG_ROWS + slot) * SG_NB + contact->bound];
             }
@@ -122,8 +125,8 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
                 }
             } else if (contact->components > 0 &&
                        !sg_check_friction(contact->components, &y[base + f], w->speed[f],
-                                          &lambda[base + f], radius, w->percussion_scale[f],
-                                          w->gap_floor[f] * rate, &limit)) {
+                                          &lambda[base + f], radius, scale, w->gap_floor[f] * rate,
+                                          &limit)) {
                 return 0;
             }
         }

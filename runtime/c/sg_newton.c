@@ -177,7 +177,7 @@ static inline real sg_bound_change(const SG(work) * w, const sg_problem *pr, int
 }
 
 /* Row a of the reduced system where its kinematics are to vanish. */
-static void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a) {
+static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a) {
     const int row = w->reduced[a];
     const real r = w->prox_r[row];
     const real weight = r * w->inverse_scale[a];
@@ -245,7 +245,7 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
 
 /* The share of the normal percussion `normal` that friction row k follows where its contact slips
    in the plane: dlambda_F = -phi_F + share dlambda_N. */
-static real sg_share(const SG(work) * w, const sg_problem *pr, int k, int normal) {
+static inline real sg_share(const SG(work) * w, const sg_problem *pr, int k, int normal) {
     const int c = k % SG_ROWS - SG_SLIP;
     const real mu = c < 0 ? SG_C(0.0) : w->mu[sg_slips[c].contact];
     return w->lambda[pr->lambda + normal] >= SG_C(0.0) ? -(w->slip[k] * w->friction * mu)
@@ -264,7 +264,7 @@ static void sg_take_in(SG(work) * w, int problem, int n, int k) {
 }
 
 /* Set the change of percussion k to -known, for now, and add its effect to the right-hand side. */
-static void sg_leave(SG(work) * w, const sg_problem *pr, int k, real known) {
+static inline void sg_leave(SG(work) * w, const sg_problem *pr, int k, real known) {
     w->dlambda[k] = -known;
     if (known != SG_C(0.0)) {
         sg_add_row(&pr->B, w->B, k, known, w->dx);
@@ -332,6 +332,10 @@ static int sg_reduce(SG(work) * w, int problem, int lean) {
 /* Solution of the reduced system if its rows are clearly independent; w->S stays as it is. */
 static int sg_solve_regular(SG(work) * w, int n) {
     int a, b;
+    if (n == 1 && SG_FABS(w->S[0]) > SG_C(0.0) && sg_finite(w->S[0])) {
+        w->solution[0] = w->rhs[0] / w->S[0];
+        return 1;
+    }
     for (a = 0; a < n; ++a) {
         w->tau[a] = SG_C(1.0);
         w->solution[a] = w->rhs[a];
@@ -401,8 +405,8 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     return n - rank;
 }
 
-static void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                        int problem) {
+static inline void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                               int problem) {
     SG(values)(w, par, problem);
     sg_row_scales(w, opt, problem);
     sg_contact_rows(w, problem);
@@ -422,7 +426,7 @@ static void sg_move(SG(work) * w, int problem, real alpha) {
 }
 
 /* Take the whole Newton direction. */
-static void sg_advance(SG(work) * w, int problem) {
+static inline void sg_advance(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const sg_index *order = &sg_table[pr->K.order];
     int i;
@@ -448,11 +452,13 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
     return hash;
 }
 
-/* Solution of an iteration that gets no further: its nearest point, if that may be kept. */
+/* Solution of an iteration that gets no further: its nearest point, if that may be kept; in the end
+   the checker alone says so. */
 static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                            int problem, real nearest, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
-    if (nearest > SG_C(1.0) || opt->scaling == SG_K(SCALING_NONE)) {
+    if (nearest > (w->lenient ? SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
+        opt->scaling == SG_K(SCALING_NONE)) {
         return 0;
     }
     sg_copy(pr->n_x, w->x_best, &w->x[pr->x]);

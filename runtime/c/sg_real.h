@@ -38,11 +38,12 @@ typedef SG(real) real;
 #define SG_FLOOR (SG_C(16.0) * SG_EPS)
 #define SG_BAND SG_C(16.0)
 
-/* Newton iterations of a plain attempt, of contact states held, and paths followed in one problem.
- */
+/* Newton iterations of a plain attempt, of contact states held; paths followed in one problem, and
+   those of a last attempt once substeps have failed, too. */
 #define SG_PLAIN 9
 #define SG_HELD 5
-#define SG_TURNS 12
+#define SG_TURNS 6
+#define SG_LAST_TURNS 24
 #define SG_RAISING 45
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }

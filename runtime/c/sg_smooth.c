@@ -55,14 +55,15 @@ static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
 }
 
 /* First velocity, in elimination order, that percussion k acts on; n_x if there is none. */
-static int sg_first_answer(const sg_problem *pr, int k) {
+static inline int sg_first_answer(const sg_problem *pr, int k) {
     const int begin = sg_table[pr->B.start + k];
     return begin < sg_table[pr->B.start + k + 1] ? sg_table[pr->B.index + begin] : pr->n_x;
 }
 
 /* How the velocities answer to percussion k and `share` times percussion `tied`, with opposite
    sign. */
-static void sg_answer(const SG(work) * w, int problem, int k, int tied, real share, real *z) {
+static inline void sg_answer(const SG(work) * w, int problem, int k, int tied, real share,
+                             real *z) {
     const sg_problem *pr = &sg_problems[problem];
     int first = sg_first_answer(pr, k);
     sg_fill(pr->n_border, SG_C(0.0), z);

@@ -108,39 +108,110 @@ static int sg_budget(const SG(info) * info, int end, int wish) {
     return left < wish ? left : wish;
 }
 
-/* Contact states along a path, then Newton's method in them and from there. */
+/* 1 if an earlier path ended in the present contact states; keeps them in `ends`. In space they say
+   little, the direction of slip gets better from path to path. */
+static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, int *count) {
+    const unsigned long here = sg_fingerprint(w, n_lambda);
+    int k;
+    for (k = 0; k < *count && SG_NF <= SG_NK; ++k) {
+        if (ends[k] == here) {
+            return 1;
+        }
+    }
+    ends[*count] = here;
+    ++*count;
+    return 0;
+}
+
+/* Guess contact states: contacts that the motion at the start would close stick, or slip as they do
+   there; those that stick hold everything. */
+static void sg_guess(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
+                     int stick) {
+    const sg_problem *pr = &sg_problems[problem];
+    int slot, c, d, k;
+    sg_cold_start(w, problem);
+    sg_leave_out(w, problem);
+    sg_evaluate(w, par, opt, problem);
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        const int base = slot * SG_NC;
+        for (c = 0; c < SG_NORMAL; ++c) {
+            w->kind[base + c] = sg_takes_part(pr, slot, c) ? SG_ROW_FREE : SG_ROW_ZERO;
+        }
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int normal = base + SG_NORMAL + contact->normal;
+            const int f = base + SG_SLIP + contact->friction;
+            const int rubbing = sg_rubbing(w, k);
+            int closed = sg_joins(w, pr, k);
+            if (contact->normal >= 0) {
+                closed = closed && !(w->y[normal] > SG_BAND * w->gap_floor[normal % SG_ROWS]);
+                w->kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
+            }
+            for (d = 0; d < contact->components; ++d) {
+                const real slip = sg_norm(contact->components, &w->y[f]);
+                const int slips = !stick && slip > SG_C(0.0);
+                w->slip[f + d] = slips ? w->y[f + d] / slip : SG_C(0.0);
+                w->kind[f + d] = !closed || d >= rubbing ? SG_ROW_ZERO
+                                 : slips                 ? SG_ROW_SLIP
+                                                         : SG_ROW_FREE;
+            }
+        }
+    }
+    if (stick) {
+        sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
+    }
+}
+
+/* Contact states that are guessed, if `first` says that others failed, then those along paths;
+   Newton's method in those that are new and from there. */
 static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                     int problem, int turns, int end, real *measure) {
+                     int problem, int first, int turns, int end, real *measure) {
+    const int n_lambda = sg_problems[problem].n_slots * SG_NC;
+    unsigned long ends[SG_LAST_TURNS];
     int status = SG_K(NOT_CONVERGED);
+    int count = 0;
     int turn;
-    for (turn = 0; turn < turns && info->iterations < end; ++turn) {
+    for (turn = first > 0 ? first - 2 : 0; turn < turns && info->iterations < end; ++turn) {
+        int found = 1;
         ++info->iterations;
-        if (sg_path(w, par, opt, problem, turn)) {
+        if (turn < first) {
+            sg_guess(w, par, opt, problem, turn + 1 < first);
+        } else {
+            found = sg_path(w, par, opt, problem, turn);
+        }
+        if (!found) {
+            sg_cold_start(w, problem);
+        } else if (!sg_ended_here(w, n_lambda, ends, &count)) {
             sg_settle(w, par, opt, problem, sg_budget(info, end, SG_HELD), &info->iterations);
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, 5), 0, &info->iterations,
                                measure);
             if (status == SG_K(OK)) {
                 return status;
             }
-        } else {
-            sg_cold_start(w, problem);
         }
     }
     return status;
 }
 
+/* In space the direction of slip turns on the way. */
+#define SG_SPATIAL (SG_NF > SG_NK ? 1 : 0)
+
 /* Raise all friction radii from zero, where the solution is easy to find, to their values: in
-   steps that grow after a success and shrink after a failure. */
+   steps that grow after a success and shrink after a failure. With `again` from where the radii
+   were left. */
 static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                    int problem, int end, real *measure) {
+                    int problem, int again, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    /* in space the direction of slip turns on the way */
-    const int spatial = SG_NF > SG_NK;
-    const int last = info->iterations + sg_budget(info, end, (1 + spatial) * SG_RAISING);
+    const int wish = again ? end : (1 + SG_SPATIAL) * SG_RAISING;
+    const int last = info->iterations + sg_budget(info, end, wish);
     int status = SG_K(NOT_CONVERGED);
-    real reached = SG_C(-1.0); /* the largest factor solved so far */
-    real step = SG_C(1.0);
+    real reached = again ? w->raised : SG_C(-1.0); /* the largest factor solved so far */
+    real step = again ? w->raise_step : SG_C(1.0);
+    if (again) {
+        sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
+        sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
+    }
     while (info->iterations < last && reached < SG_C(1.0) && step > SG_C(0.0078125)) {
         const real goal = reached < SG_C(0.0) ? SG_C(0.0) : reached + step;
         w->friction = goal < SG_C(1.0) ? goal : SG_C(1.0);
@@ -155,33 +226,43 @@ static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * op
         } else if (reached < SG_C(0.0)) {
             break;
         } else {
-            step *= SG_C(0.5);
+            step = SG_C(0.5) * (w->friction - reached);
             sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
             sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
         }
     }
     w->friction = SG_C(1.0);
+    w->raised = reached;
+    w->raise_step = step;
     return reached < SG_C(1.0) ? SG_K(NOT_CONVERGED) : status;
 }
 
 enum { SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_RAISE, SG_ATTEMPTS };
 
+/* How much is tried: in a substep, for a whole step, for a whole step once substeps have failed. */
+enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
+
 /* Solve one problem: from the warm start if there is one, from a cold start, along the path, with
-   raised friction; the last two shortened in a substep. No attempt begins once info.iterations has
-   reached `end`. */
+   raised friction; the last two shortened in a substep. The last time the problem that failed is
+   only followed along more paths or, in space, raised further. No attempt begins once
+   info.iterations has reached `end`. */
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                    const SG(options) * opt, SG(info) * info, int problem, int warm, int whole,
+                    const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
                     int end) {
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
+    const int last = effort == SG_LAST && problem == w->stuck;
+    const int again = last && SG_SPATIAL && w->raised > SG_C(0.0);
+    const int first = again ? SG_RAISE : last ? SG_FOLLOW : warm ? SG_WARM_START : SG_COLD_START;
+    const int attempts = again || effort == SG_WHOLE ? SG_ATTEMPTS : SG_RAISE;
     int attempt;
+    w->lenient = last;
     w->friction = SG_C(1.0);
     sg_prox_parameters(w, opt, problem);
-    for (attempt = warm ? SG_WARM_START : SG_COLD_START;
-         attempt < (whole ? SG_ATTEMPTS : SG_RAISE) && status != SG_K(OK) && info->iterations < end;
+    for (attempt = first; attempt < attempts && status != SG_K(OK) && info->iterations < end;
          ++attempt) {
         const int before = status;
-        w->careful = attempt != (warm ? SG_WARM_START : SG_COLD_START);
+        w->careful = last || attempt != first;
         if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {
@@ -189,9 +270,13 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         }
         sg_leave_out(w, problem);
         if (attempt == SG_FOLLOW) {
-            status = sg_follow(w, par, opt, info, problem, whole ? SG_TURNS : 1, end, &measure);
+            status = sg_follow(w, par, opt, info, problem, last ? SG_TURNS : 0,
+                               last                   ? SG_LAST_TURNS
+                               : effort == SG_SUBSTEP ? 1
+                                                      : SG_TURNS,
+                               end, &measure);
         } else if (attempt == SG_RAISE) {
-            status = sg_raise(w, par, opt, info, problem, end, &measure);
+            status = sg_raise(w, par, opt, info, problem, again, end, &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);

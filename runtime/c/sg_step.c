@@ -42,7 +42,7 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
 
 /* Solve the step of size h from the state s at time t; the result stays in the work struct. */
 static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                      const SG(options) * opt, SG(info) * info, real t, real h, int whole,
+                      const SG(options) * opt, SG(info) * info, real t, real h, int effort,
                       int end) {
     int problem, k, status;
     int warm;
@@ -73,8 +73,9 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
         if (pr->opening && !w->opened) {
             continue;
         }
-        status = sg_solve(w, s, par, opt, info, problem, warm, whole, end);
+        status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
         if (status != SG_K(OK)) {
+            w->stuck = problem;
             return status;
         }
         sg_keep_rows(w, problem);
@@ -215,6 +216,10 @@ static int sg_are_options(const SG(options) * opt) {
 int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
              const SG(options) * opt, const real u[], real h) {
     const int rest = 1024; /* position in the step is counted in units of h / 1024 */
+    int effort = SG_WHOLE;
+    int failure = SG_K(OK);
+    int stuck = -1; /* problem of the whole step that was not solved */
+    int used = 0;   /* iterations before the last attempt */
     int done = 0;
     int level = 0;
     int stride = rest;
@@ -234,6 +239,8 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
         return info->status;
     }
     w->trial = *s;
+    w->stuck = -1;
+    w->raised = SG_C(-1.0);
     for (j = 0; j < SG_NU; ++j) {
         w->u[j] = u[j];
     }
@@ -241,9 +248,9 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
         const real t = s->t + h * ((real)done / (real)rest);
         /* While the step is whole a quarter of the iterations is kept for substeps. */
         const int total = opt->max_iterations;
-        const int end = level == 0 && opt->max_halvings > 0 ? total - total / 4 : total;
+        const int end = effort == SG_WHOLE && opt->max_halvings > 0 ? total - total / 4 : total;
         const int status = sg_attempt(w, &w->trial, par, opt, info, t,
-                                      h * ((real)stride / (real)rest), stride == rest, end);
+                                      h * ((real)stride / (real)rest), effort, end);
         if (status == SG_K(OK)) {
             done += stride;
             sg_commit(&w->trial, w);
@@ -257,12 +264,27 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                     --level;
                 }
             }
-        } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
+        } else if (status != SG_K(BAD_ARGUMENT) && effort != SG_LAST && level < opt->max_halvings) {
+            stuck = level == 0 ? w->stuck : stuck;
+            effort = SG_SUBSTEP;
             stride /= 2;
             ++level;
+        } else if (status == SG_K(NOT_CONVERGED) && effort != SG_LAST &&
+                   info->iterations < opt->max_iterations) {
+            /* What is left of the iterations is spent on the whole step again. */
+            w->stuck = level == 0 ? w->stuck : stuck;
+            failure = status;
+            effort = SG_LAST;
+            used = info->iterations;
+            sg_reset_info(info);
+            info->iterations = used;
+            w->trial = *s;
+            stride = rest;
+            level = 0;
+            done = 0;
         } else {
-            info->status = status;
-            return status;
+            info->status = effort == SG_LAST ? failure : status;
+            return info->status;
         }
     }
     /* t_n = t_0 + n h without a running sum, as long as h stays. */

@@ -1,0 +1,1 @@
+"""Time, accuracy and instructions of steps, ours and those of other engines."""
