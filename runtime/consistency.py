@@ -128,3 +128,58 @@ def project(
             "Start closer to the constraints"
         )
     return q, v
+
+
+def contradiction(
+    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+) -> str:
+    """Constraints that no state near q, v can satisfy at time t, as text; empty if there are none.
+
+    Gauss-Newton on g = 0, then least squares for the velocities: what is left of rows that depend
+    on each other stands in their residuals.
+    """
+    n = stepper.sizes
+
+    def at(name: str, q: np.ndarray) -> np.ndarray:
+        return stepper.evaluate(name, t, q, v, parameters=par)
+
+    if n["n_g"]:
+        q = q.copy()
+        for _ in range(_MAX_ITERATIONS):
+            W, g = at("W_g", q), at("g", q)
+            if not (np.all(np.isfinite(W)) and np.all(np.isfinite(g))):
+                return ""
+            change = np.linalg.lstsq(W.T, -g, rcond=1e-10)[0]
+            q = q + change
+            if np.abs(change).max() <= 1e-13 * (1 + np.abs(q).max()):
+                break
+        scale = np.abs(at("W_g", q)).T @ np.abs(q)
+        text = _left_over(_row_names(stepper, "constraints"), at("g", q), scale, "g")
+        if text:
+            return f"{text} at t = {t:g} cannot be satisfied together near the state"
+    rows, columns, names = [np.zeros(0)], [np.zeros((n["n_q"], 0))], []
+    if n["n_g"]:
+        rows.append(at("chi_g", q))
+        columns.append(at("W_g", q))
+        names += _row_names(stepper, "constraints")
+    if n["n_gamma"]:
+        rows.append(at("chi_gamma", q))
+        columns.append(at("W_gamma", q))
+        names += _row_names(stepper, "velocity_constraints")
+    chi, W = np.concatenate(rows), np.hstack(columns)
+    if not chi.size or not (np.all(np.isfinite(W)) and np.all(np.isfinite(chi))):
+        return ""
+    speed = np.linalg.lstsq(W.T, -chi, rcond=1e-10)[0]
+    scale = np.abs(W).T @ np.maximum(np.abs(speed), np.abs(v)) + np.abs(chi)
+    text = _left_over(names, W.T @ speed + chi, scale, "velocity")
+    return f"{text} at t = {t:g} ask for velocities that contradict each other" if text else ""
+
+
+def _left_over(names: list[str], values: np.ndarray, scale: np.ndarray, what: str) -> str:
+    """Rows whose residual is not round-off."""
+    size = np.abs(values)
+    if not np.any(size > _TOLERANCE * scale + _FLOOR):
+        return ""
+    chosen = [k for k in np.argsort(-size) if size[k] > 0.01 * size.max()][:4]
+    rows = ", ".join(f"'{names[k]}' ({what} {values[k]:.3g})" for k in chosen)
+    return f"the constraints {rows}" if len(chosen) > 1 else f"the constraint {rows}"

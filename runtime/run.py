@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
-from signorini.runtime.consistency import report
+from signorini.runtime.consistency import contradiction, report
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.trajectory import Trajectory
@@ -110,10 +110,12 @@ class Run:
         if status > SUCCESS:
             t = float(self.state.t)
             name = self.lib.statuses[status]
+            q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
+            cause = contradiction(self.stepper, t + self.h, q + self.h * v, v, self.par)
             raise StepError(
                 f"model '{self.stepper.name}', step {done + 1} of {self.n_steps} at t = {t:g}: "
-                f"{name}, {self.lib.status_texts[status]}. The steps before are in the "
-                "error's attribute 'trajectory'",
+                f"{name}, {self.lib.status_texts[status]}{cause and '; ' + cause}. The steps "
+                "before are in the error's attribute 'trajectory'",
                 name,
                 trajectory,
                 self._failed(name, used[done] if used.size else []),

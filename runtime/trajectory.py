@@ -3,7 +3,9 @@
 import contextlib
 import json
 import os
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,12 @@ _STORED = (
     *("t_stage", "Q", "V", "R"),
 )
 _DERIVED = ("g", "g_dot", "gamma", "g_N", "g_N_dot", "gamma_F", "energy", "outputs")
+# What zip archives and NumPy raise on files that are none.
+_DAMAGE = (
+    *(OSError, ValueError, TypeError, KeyError, EOFError, IndexError, SyntaxError, OverflowError),
+    *(NotImplementedError, RuntimeError, MemoryError, struct.error, zlib.error),
+    zipfile.BadZipFile,
+)
 _COUNTS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts")
 
 
@@ -217,7 +225,7 @@ class Trajectory:
                 arrays = {name: data[name] for name in _STORED if name in data.files}
         except FileNotFoundError:
             raise RunError(f"there is no file {path}") from None
-        except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except _DAMAGE as error:
             raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
         if not isinstance(about, dict) or about.get("format") != _FORMAT:
             raise RunError(f"{path} has a format that this version does not read")

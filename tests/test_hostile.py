@@ -313,3 +313,87 @@ def test_a_foreign_state_is_refused(stepper: Build) -> None:
     assert ctypes.sizeof(compiled._library.structs["state"]) != ctypes.sizeof(
         other._library.structs["state"]
     )
+
+
+# --- files ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def run_file(stepper: Build, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    traj = stepper(box.model, 2).simulate(t_end=0.05, dt=1e-2, record="stages")
+    return traj.save(tmp_path_factory.mktemp("files") / "run.npz")
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_any_damage_to_a_run_file(data: st.DataObject, stepper: Build, run_file: Path) -> None:
+    """Bytes changed, cut out or put in: the run that was saved, or a named error."""
+    compiled = stepper(box.model, 2)
+    content = bytearray(run_file.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        how = data.draw(st.sampled_from(["change", "cut", "insert", "end"]))
+        if how == "change":
+            content[at] = data.draw(st.integers(0, 255))
+        elif how == "cut":
+            del content[at : at + data.draw(st.integers(1, 200))]
+        elif how == "insert":
+            content[at:at] = data.draw(st.binary(min_size=1, max_size=50))
+        else:
+            del content[at:]
+        if not content:
+            break
+    damaged = run_file.with_name("damaged.npz")
+    damaged.write_bytes(bytes(content))
+    try:
+        loaded = sg.Trajectory.load(damaged, compiled)
+    except sg.RunError:
+        return
+    np.testing.assert_array_equal(loaded.q, sg.Trajectory.load(run_file, compiled).q)
+
+
+@settings(max_examples=120, deadline=None)
+@given(data=st.data())
+def test_any_damage_to_a_replay_file(data: st.DataObject, stepper: Build, run_file: Path) -> None:
+    compiled = stepper(box.model, 2)
+    run = Run(compiled, compiled.parameters, {}, *compiled.initial_state(), 1e-2, 1, 1, False)
+    path = run._failed("OK", []).save(run_file.with_name("step.json"))
+    text = path.read_text()
+    at = data.draw(st.integers(0, len(text) - 1))
+    new = data.draw(st.text(alphabet='0123456789.-+e,[]{}:" nulltrefasNI', max_size=6))
+    path.write_text(text[:at] + new + text[at + data.draw(st.integers(0, 30)) :])
+    try:
+        take_again(compiled, FailedStep.load(path))
+    except sg.RunError as error:
+        assert str(error)
+
+
+# --- constraints that contradict each other -------------------------------------------------------
+
+
+def test_contradictory_constraints_are_named(tmp_path: Path) -> None:
+    """Duplicated rows are solved; rows that part from each other end the run with their names."""
+    m = sg.Model("parting")
+    x, y = m.coordinates("x y")
+    vx, vy = m.velocities
+    (rate,) = m.parameters(rate=0.0)
+    m.lagrangian = (vx**2 + vy**2) / 2 - y
+    m.constraint("rail", x - 2 * y)
+    m.constraint("again", 3 * x - 6 * y)
+    m.constraint("other", x - 2 * y - rate * m.time**2)
+    m.initial_state(q=[0, 0])
+    compiled = sg.build(m, stages=3)
+    assert len(compiled.simulate(t_end=0.5, dt=0.05)) == 11
+    with pytest.raises(sg.StepError, match=r"'rail'.*'other'|'other'.*'rail'"):
+        compiled.simulate(t_end=0.5, dt=0.05, parameters={"rate": 1.0})
+
+    m = sg.Model("parting_rates")
+    x, y = m.coordinates("x y")
+    vx, vy = m.velocities
+    m.lagrangian = (vx**2 + vy**2) / 2
+    m.velocity_constraint("slow", vx + vy - m.time)
+    m.velocity_constraint("fast", 2 * vx + 2 * vy - 5 * m.time)
+    m.initial_state(q=[0, 0])
+    for form in ("paper", "full_order"):
+        with pytest.raises(sg.StepError, match=r"'slow'.*contradict"):
+            sg.build(m, stages=2, velocity_constraints=form).simulate(t_end=0.5, dt=0.05)
