@@ -138,9 +138,9 @@ def _crank(name: str) -> Run:
             place = RigidTransform([x * (c.a - r), 0, z * (c.b - r)])
             world.shape(slider, place, Sphere(r), f"corner{x}{z}", c.mu)
     world.finish()
-    q = [0.0, 0.0, c.phi_3]
-    v = [c.omega_1, c.omega_2 - c.omega_1, -c.omega_2]
-    time, q = world.run(q, v, 1466)
+    start = [0.0, 0.0, c.phi_3]
+    speed = [c.omega_1, c.omega_2 - c.omega_1, -c.omega_2]
+    time, q = world.run(start, speed, 1466)
     return Run.of_crank("Drake", name, time, np.cumsum(q, axis=1))
 
 

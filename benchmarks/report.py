@@ -171,7 +171,7 @@ def _errors(
         yield name, [(dt, *peer.slip(dt)) for dt in _DTS]
 
 
-# --- text ------------------------------------------------------------------------------------------
+# --- text -----------------------------------------------------------------------------------------
 
 
 def ours(results: Results) -> tuple[list[str], list[list[str]]]:
@@ -227,12 +227,12 @@ def others(results: Results) -> tuple[list[str], list[list[str]]]:
 
 NOTES = (
     "Times in microseconds of one core; each step's time is the median of its repetitions, the "
-    "columns are over the steps of the run. us: median; goal: what it is to be below; smooth, after: "
-    "median of the steps that are not, or are, within 20 after a contact began to push; it.: Newton "
-    "iterations, both problems; eval.: median over one evaluation of all public model functions at "
-    "the stages; flops: operations of the generated code a step, without the runtime's; peak: their "
-    "rate over that of a loop of fused multiply-adds; native: median with -march=native; instr.: "
-    "instructions a step by valgrind, change against the stored count."
+    "columns are over the steps of the run. us: median; goal: what it is to be below; smooth, "
+    "after: median of the steps that are not, or are, within 20 after a contact began to push; "
+    "it.: Newton iterations, both problems; eval.: median over one evaluation of all public model "
+    "functions at the stages; flops: operations of the generated code a step, without the "
+    "runtime's; peak: their rate over that of a loop of fused multiply-adds; native: median with "
+    "-march=native; instr.: instructions a step by valgrind, change against the stored count."
 )
 
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from signorini.runtime.stepper import Stepper
 
 # Relative to the row's terms, and for terms that only parameters make up, as in the C code.
-_TOLERANCE, _FLOOR = 2.0**-26, 2.0**-46
+_TOLERANCES = {"double": (2.0**-26, 2.0**-46), "float": (2.0**-11, 2.0**-17)}
 _MAX_ITERATIONS = 50
 
 
@@ -29,13 +29,14 @@ def violations(
         return stepper.evaluate(name, t, q, v, parameters=par)
 
     found: list[tuple[float, str]] = []
+    tolerance, floor = _TOLERANCES[stepper.manifest["precision"]]
 
     def look(
         rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str
     ) -> None:
         for k, name in enumerate(rows):
             scale = np.abs(W[:, k]) @ np.abs(x) + abs(chi[k])
-            measure = abs(values[k]) / (_TOLERANCE * scale + _FLOOR)
+            measure = abs(values[k]) / (tolerance * scale + floor)
             if not measure <= 1:
                 found.append((float(measure), f"{what} of '{name}' is {values[k]:.6g}"))
 
@@ -139,6 +140,7 @@ def contradiction(
     on each other stands in their residuals.
     """
     n = stepper.sizes
+    limits = _TOLERANCES[stepper.manifest["precision"]]
 
     def at(name: str, q: np.ndarray) -> np.ndarray:
         return stepper.evaluate(name, t, q, v, parameters=par)
@@ -154,7 +156,7 @@ def contradiction(
             if np.abs(change).max() <= 1e-13 * (1 + np.abs(q).max()):
                 break
         scale = np.abs(at("W_g", q)).T @ np.abs(q)
-        text = _left_over(_row_names(stepper, "constraints"), at("g", q), scale, "g")
+        text = _left_over(_row_names(stepper, "constraints"), at("g", q), scale, "g", limits)
         if text:
             return f"{text} at t = {t:g} cannot be satisfied together near the state"
     rows, columns, names = [np.zeros(0)], [np.zeros((n["n_q"], 0))], []
@@ -171,14 +173,20 @@ def contradiction(
         return ""
     speed = np.linalg.lstsq(W.T, -chi, rcond=1e-10)[0]
     scale = np.abs(W).T @ np.maximum(np.abs(speed), np.abs(v)) + np.abs(chi)
-    text = _left_over(names, W.T @ speed + chi, scale, "velocity")
+    text = _left_over(names, W.T @ speed + chi, scale, "velocity", limits)
     return f"{text} at t = {t:g} ask for velocities that contradict each other" if text else ""
 
 
-def _left_over(names: list[str], values: np.ndarray, scale: np.ndarray, what: str) -> str:
+def _left_over(
+    names: list[str],
+    values: np.ndarray,
+    scale: np.ndarray,
+    what: str,
+    limits: tuple[float, float],
+) -> str:
     """Rows whose residual is not round-off."""
     size = np.abs(values)
-    if not np.any(size > _TOLERANCE * scale + _FLOOR):
+    if not np.any(size > limits[0] * scale + limits[1]):
         return ""
     chosen = [k for k in np.argsort(-size) if size[k] > 0.01 * size.max()][:4]
     rows = ", ".join(f"'{names[k]}' ({what} {values[k]:.3g})" for k in chosen)

@@ -1,6 +1,8 @@
 """The corpus, its judge, the enumeration of contact states, replay files, the command."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -306,3 +308,44 @@ def test_command_replays(tmp_path: Path, stepper: Build) -> None:
     assert result.returncode == 0, result.stderr
     assert "now: NOT_CONVERGED" in result.stdout
     assert "no solution" in result.stdout
+
+
+# --- under sanitizers -----------------------------------------------------------------------------
+
+
+def sanitized(tmp_path: Path, *arguments: str) -> None:
+    """Run the command with steppers compiled by gcc with its address and undefined sanitizers."""
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        if os.environ.get("CI"):
+            pytest.fail("gcc is missing in continuous integration")
+        pytest.skip("gcc is not installed: apt-get install gcc")
+    found = subprocess.run(
+        [gcc, "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
+    )
+    environment = os.environ | {
+        "CC": gcc,
+        "LD_PRELOAD": found.stdout.strip(),
+        "ASAN_OPTIONS": "detect_leaks=0:log_path=" + str(tmp_path / "report"),
+        "UBSAN_OPTIONS": "print_stacktrace=1:log_path=" + str(tmp_path / "report"),
+        "SIGNORINI_CFLAGS": "-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all",
+        "SIGNORINI_CACHE": str(tmp_path / "cache"),
+    }
+    command = [sys.executable, "-m", "signorini", "stress", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    reports = "".join(p.read_text() for p in tmp_path.glob("report*"))
+    assert not reports, reports[:4000]
+    # 1: a step failed without a proof; that is for other tests
+    assert done.returncode in (0, 1), done.stderr[-4000:]
+    assert "all" in done.stdout, done.stdout[-2000:]
+
+
+@pytest.mark.thorough
+def test_sanitizers(tmp_path: Path) -> None:
+    scenes = ("box_drop", "groove", "painleve", "belt")
+    sanitized(tmp_path, "--scenes", *scenes, "--stages", "2", "--runs", "1", "--workers", "1")
+
+
+@pytest.mark.slow
+def test_sanitizers_over_the_corpus(tmp_path: Path) -> None:
+    sanitized(tmp_path, "--runs", "2")

@@ -112,7 +112,7 @@ def program(folder: Path, case: tuple[float, int], name: str, *cc: str) -> Path:
     return folder / name
 
 
-def trajectory(*command: object) -> list[list[float]]:
+def program_output(*command: object) -> list[list[float]]:
     result = subprocess.run(
         [str(c) for c in command],
         capture_output=True,
@@ -135,8 +135,8 @@ def test_same_trajectory(
     """Bit-equal within one libm; to 1e-9 of the largest value in a column across."""
     target.need()
     folder = sg.generate(make(), tmp_path / "m", stages=2, prefix="m")
-    native = trajectory(program(folder, (h, steps), "native", "gcc"))
-    there = trajectory(*target.run, program(folder, (h, steps), "there", *target.compile))
+    native = program_output(program(folder, (h, steps), "native", "gcc"))
+    there = program_output(*target.run, program(folder, (h, steps), "there", *target.compile))
     if target.same_libm:
         assert there == native
     else:
@@ -168,7 +168,7 @@ def test_float_is_single_throughout(make: Callable[[], sg.Model], tmp_path: Path
         assert "__aeabi_d" not in text
         assert ".f64" not in text
     h, _ = next((case[1], case[2]) for case in CASES if case[0] is make)
-    native = np.array(trajectory(program(folder, (h, 20), "native", "gcc")))
-    there = trajectory(*M4F.run, program(folder, (h, 20), "there", *M4F.compile))
+    native = np.array(program_output(program(folder, (h, 20), "native", "gcc")))
+    there = program_output(*M4F.run, program(folder, (h, 20), "there", *M4F.compile))
     size = np.abs(native[:, 2:]).max(axis=0)
     assert np.all(np.abs(np.array(there)[:, 2:] - native[:, 2:]) <= 2e-3 * (1e-2 + size))

@@ -203,7 +203,7 @@ static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * op
                     int problem, int again, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    const int wish = again ? end : (1 + SG_SPATIAL) * SG_RAISING;
+    const int wish = again ? (end - info->iterations) / 2 : (1 + SG_SPATIAL) * SG_RAISING;
     const int last = info->iterations + sg_budget(info, end, wish);
     int status = SG_K(NOT_CONVERGED);
     real reached = again ? w->raised : SG_C(-1.0); /* the largest factor solved so far */
@@ -237,15 +237,15 @@ static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * op
     return reached < SG_C(1.0) ? SG_K(NOT_CONVERGED) : status;
 }
 
-enum { SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_RAISE, SG_ATTEMPTS };
+enum { SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_RAISE, SG_FOLLOW_ON, SG_ATTEMPTS };
 
 /* How much is tried: in a substep, for a whole step, for a whole step once substeps have failed. */
 enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
 
 /* Solve one problem: from the warm start if there is one, from a cold start, along the path, with
-   raised friction; the last two shortened in a substep. The last time the problem that failed is
-   only followed along more paths or, in space, raised further. No attempt begins once
-   info.iterations has reached `end`. */
+   raised friction; in a substep along one path at most. The last time the problem that failed is,
+   in space, raised further, and followed along more paths. No attempt begins once info.iterations
+   has reached `end`. */
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                     const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
                     int end) {
@@ -253,8 +253,12 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     real measure = SG_HUGE;
     const int last = effort == SG_LAST && problem == w->stuck;
     const int again = last && SG_SPATIAL && w->raised > SG_C(0.0);
-    const int first = again ? SG_RAISE : last ? SG_FOLLOW : warm ? SG_WARM_START : SG_COLD_START;
-    const int attempts = again || effort == SG_WHOLE ? SG_ATTEMPTS : SG_RAISE;
+    const int first = again ? SG_RAISE : last ? SG_FOLLOW_ON : warm ? SG_WARM_START : SG_COLD_START;
+    const int more = last || (effort == SG_WHOLE && !SG_SPATIAL);
+    const int attempts = more ? SG_ATTEMPTS : effort == SG_WHOLE ? SG_FOLLOW_ON : SG_RAISE;
+    /* before substeps only the first half of the iterations goes into more paths */
+    const int half = opt->max_iterations / 2;
+    const int on = last || end < half ? end : half;
     int attempt;
     w->lenient = last;
     w->friction = SG_C(1.0);
@@ -270,11 +274,10 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         }
         sg_leave_out(w, problem);
         if (attempt == SG_FOLLOW) {
-            status = sg_follow(w, par, opt, info, problem, last ? SG_TURNS : 0,
-                               last                   ? SG_LAST_TURNS
-                               : effort == SG_SUBSTEP ? 1
-                                                      : SG_TURNS,
+            status = sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
                                end, &measure);
+        } else if (attempt == SG_FOLLOW_ON) {
+            status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
         } else if (attempt == SG_RAISE) {
             status = sg_raise(w, par, opt, info, problem, again, end, &measure);
         } else {
@@ -285,10 +288,10 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
             status = before; /* singular or not finite says more */
         }
         if (status == SG_K(OK)) {
-            info->rescues |= attempt == SG_FOLLOW               ? SG_PATH
-                             : attempt == SG_RAISE              ? SG_RAISED
-                             : attempt == SG_COLD_START && warm ? SG_COLD
-                                                                : 0;
+            info->rescues |= attempt == SG_FOLLOW || attempt == SG_FOLLOW_ON ? SG_PATH
+                             : attempt == SG_RAISE                           ? SG_RAISED
+                             : attempt == SG_COLD_START && warm              ? SG_COLD
+                                                                             : 0;
         }
     }
     if (status == SG_K(OK) && w->deficiency > 0) {
