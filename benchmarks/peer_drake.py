@@ -1,10 +1,10 @@
 """The scenes in Drake: discrete contact, no coefficient of restitution."""
 
 from collections.abc import Iterator
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-import pydrake
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import (
     AddContactMaterial,
@@ -20,7 +20,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from signorini.benchmarks.scenes import BALL, BOX, CRANK, Run, clock
 
-VERSION = pydrake.__version__
+VERSION = version("drake")
 APPROXIMATIONS = ("sap", "lagged", "tamsi")
 _START = [1.0, 0, 0, 0, 0, 0, BALL.height]
 _SPINNING = [0, -50.0, 0, 0, 0, 0]

@@ -20,7 +20,7 @@ from signorini.runtime.errors import RunError
 
 PEERS = ("mujoco", "exudyn", "drake")
 STORED = Path(__file__).with_name("instructions.json")
-_DTS = (4e-2, 2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4)
+_DTS = (5e-2, 2e-2, 1e-2, 5e-3, 2e-3, 1e-3, 5e-4)
 _FLIGHT = 3.0  # evaluations of all model functions that a step of free flight may cost
 _ADVICE = "install them with: pip install 'signorini[peers]'"
 

@@ -13,7 +13,10 @@ from typing import Any
 
 import numpy as np
 import signorini as sg
-from signorini.bodies import Planar, inertia
+from signorini.bodies import Planar, Spatial, inertia
+from signorini.codegen.emit import render, write
+from signorini.codegen.spec import emit_spec
+from signorini.codegen.validate import freeze
 
 
 def chain(links: int, redundant: bool) -> sg.Model:
@@ -61,12 +64,29 @@ def boxes(count: int) -> sg.Model:
     return m
 
 
+def boxes_in_space(count: int) -> sg.Model:
+    """Boxes in space side by side above a floor, eight corners each."""
+    m = sg.Model("boxes_in_space", symbols="casadi")
+    world = Spatial(m, gravity=(0, 0, -9.81))
+    floor = world.plane()
+    start: dict[str, float] = {}
+    for k in range(count):
+        box = world.body(f"b{k}", 1.0, inertia.cuboid(1.0, 0.4, 0.3, 0.2))
+        for j in range(8):
+            x, y, z = (((j >> i & 1) - 0.5) * size for i, size in enumerate((0.4, 0.3, 0.2)))
+            world.contact(f"c{k}_{j}", box.point(x, y, z), floor, mu=0.3, e_N=0.2)
+        start |= {f"b{k}_x": float(k), f"b{k}_z": 0.4}
+    world.initial_state(q=start)
+    return m
+
+
 FAMILIES: dict[str, tuple[Callable[[int], sg.Model], Sequence[int]]] = {
-    "chain, minimal": (lambda n: chain(n, redundant=False), (2, 4, 8, 16, 32)),
+    "chain, minimal": (lambda n: chain(n, redundant=False), (2, 4, 8, 16, 24)),
     "chain, redundant": (lambda n: chain(n, redundant=True), (2, 4, 8, 16, 32)),
     "boxes": (boxes, (1, 2, 4, 8, 16)),
+    "boxes in space": (boxes_in_space, (1, 2, 4, 8, 16)),
 }
-MEASURED = ("generate_s", "c_kB", "compile_s", "step_us")
+MEASURED = ("derive_s", "emit_s", "c_kB", "compile_s", "step_us")
 
 
 @dataclass(frozen=True)
@@ -77,7 +97,8 @@ class Size:
     count: int
     n_q: int
     contacts: int
-    generate_s: float
+    derive_s: float
+    emit_s: float
     c_kB: float
     compile_s: float
     step_us: float
@@ -90,12 +111,14 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
         before = os.environ.get("SIGNORINI_CACHE")
         os.environ["SIGNORINI_CACHE"] = folder
         try:
-            start = time.perf_counter()
-            generated = sg.generate(make(count), Path(folder) / "c", stages=stages)
-            generate_s = time.perf_counter() - start
-            start = time.perf_counter()
+            times = [time.perf_counter()]
+            spec = emit_spec(freeze(make(count)), stages=stages)
+            times.append(time.perf_counter())
+            generated = write(render(spec), Path(folder) / "c")
+            times.append(time.perf_counter())
             stepper = sg.load(generated)
-            compile_s = time.perf_counter() - start
+            times.append(time.perf_counter())
+            derive_s, emit_s, compile_s = np.diff(times).tolist()
         finally:
             if before is None:
                 del os.environ["SIGNORINI_CACHE"]
@@ -109,7 +132,8 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
         count,
         len(manifest["coordinates"]),
         len(manifest["contacts"]),
-        generate_s,
+        derive_s,
+        emit_s,
         c_kB,
         compile_s,
         median(runs),
@@ -141,36 +165,36 @@ def exponents(sizes: Sequence[Size]) -> dict[str, dict[str, float]]:
 def markdown(sizes: Sequence[Size]) -> str:
     """The table with exponents below each family."""
     lines = [
-        "| model | count | coordinates | contacts | generate [s] | C [kB] | compile [s] "
+        "| model | count | coordinates | contacts | derive [s] | emit [s] | C [kB] | compile [s] "
         "| step [µs] |",
-        "|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     slopes = exponents(sizes)
     for family in FAMILIES:
         for s in sizes:
             if s.family == family:
                 lines.append(
-                    f"| {family} | {s.count} | {s.n_q} | {s.contacts} | {s.generate_s:.2f} "
-                    f"| {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} |"
+                    f"| {family} | {s.count} | {s.n_q} | {s.contacts} | {s.derive_s:.2f} "
+                    f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} |"
                 )
         if family in slopes:
             e = slopes[family]
             lines.append(
-                f"| {family} | **exponent** | | | {e['generate_s']:.1f} | {e['c_kB']:.1f} "
-                f"| {e['compile_s']:.1f} | {e['step_us']:.1f} |"
+                f"| {family} | **exponent** | | | {e['derive_s']:.1f} | {e['emit_s']:.1f} "
+                f"| {e['c_kB']:.1f} | {e['compile_s']:.1f} | {e['step_us']:.1f} |"
             )
     return "\n".join(lines) + "\n"
 
 
 def plot(sizes: Sequence[Size], path: Path) -> None:
-    """Log-log curves of the four measured quantities."""
+    """Log-log curves of the measured quantities."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    labels = ("generate [s]", "C [kB]", "compile [s]", "time per step [µs]")
-    fig, axes = plt.subplots(1, 4, figsize=(15, 3.8), layout="constrained")
+    labels = ("derive [s]", "emit [s]", "C [kB]", "compile [s]", "time per step [µs]")
+    fig, axes = plt.subplots(1, 5, figsize=(17, 3.6), layout="constrained")
     for axis, name, label in zip(axes, MEASURED, labels, strict=True):
         for family in FAMILIES:
             rows = [s for s in sizes if s.family == family]

@@ -146,5 +146,5 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a product with a reciprocal loses the divisor", G, 'self._add(Node("inv", (args[1],)))', 'self._constant(1.0)'),
     Mutant("the last attempt forgets to start again", STEP, "            w->trial = *s;\n            stride = rest;", "            stride = rest;"),
     Mutant("percussions of given-up substeps stay", STEP, "            sg_reset_info(info);\n            info->iterations = used;", "            info->iterations = used;"),
-    Mutant("a sift that lets percussions pull", "stress/sift.c", "if (kind[j] != OPEN && R[j] < -slack) {", "if (0) {"),
+    Mutant("a sift that rules out what pushes little", "stress/sift.c", "if (kind[j] != OPEN && R[j] < -slack) {", "if (kind[j] != OPEN && R[j] < slack + push / 2.0) {"),
 )  # fmt: skip

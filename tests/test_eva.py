@@ -23,7 +23,7 @@ LOOPS = (
     *("sg_cod_factor", "sg_cod_solve", "sg_cod_project"),
 )
 NEWTON = (
-    *("sg_sparse_factor", "sg_sparse_solve", "sg_factor_smooth", "sg_answer", "sg_reduce"),
+    *("sg_factor_smooth", "sg_solve_smooth", "sg_answer", "sg_reduce"),
     *("sg_percussion_system", "sg_solve_regular", "sg_newton_direction", "sg_contact_rows"),
     *("sg_residual", "sg_merit", "sg_scales", "sg_row_scales", "sg_masses", "sg_newton"),
 )

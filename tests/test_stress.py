@@ -17,7 +17,7 @@ from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.runtime.run import Run
 from signorini.runtime.trajectory import Trajectory
-from signorini.stress.campaign import case_of, run_case, run_scene
+from signorini.stress.campaign import case_of, run_case, run_scene, stepper_of
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
@@ -70,6 +70,31 @@ def test_runs_that_once_stopped(scene: str, stages: int, number: int) -> None:
     if scene == "chain":
         # their failure was a percussion left over where a string had gone slack: halving hid it
         assert result.substepped == 0
+
+
+def test_what_is_left_of_the_iterations_finds_a_step() -> None:
+    """A triangle rolls in a groove, all contact states within round-off of each other: nothing
+    before the last attempt solves the step; it is the one that the enumeration finds."""
+    compiled = stepper_of("groove_triangle", 4)
+    stored = FailedStep.load(Path(__file__).parent / "data" / "rolls_in_a_groove.json")
+    step = replace(stored, model_hash=compiled.manifest["model_hash"])
+    found = take_again(compiled, step)
+    assert found["status"] == "OK_RESCUED"
+    assert found["substeps"] == 0 and 100 < found["iterations"] <= 200
+    verdict = examine(compiled, step)
+    assert verdict.x is not None and verdict.lam is not None
+    n = compiled.sizes
+    # rolling, the percussions are not unique; what they do together is
+    W = np.hstack(
+        [
+            compiled.evaluate(name, found["t"], found["q"], found["v"], parameters=step.parameters)
+            for name in ("W_N", "W_F")
+        ]
+    )
+    together = W @ verdict.lam[-n["n_R"] :]
+    np.testing.assert_allclose(W @ found["P"], together, rtol=0, atol=1e-4)
+    assert np.abs(together).max() > 1e-2
+    np.testing.assert_allclose(found["v"], verdict.x[-n["n_q"] :], rtol=0, atol=1e-5)
 
 
 def test_starts_do_not_depend_on_anything_else() -> None:
