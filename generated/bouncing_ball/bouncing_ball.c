@@ -4025,9 +4025,12 @@ static void bouncing_ball_values(bouncing_ball_work *w, const bouncing_ball_para
     if (problem == 0) {
         /* position problem: (47b), (47f), (51), (52), (57): V^1 ... V^s, R^1 ... R^{s-1} */
         bouncing_ball_stage_points(w);
-        bouncing_ball_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage[0]);
-        bouncing_ball_evaluate_stage(w->t + 0.5 * w->h, &w->Q[3], &w->x[3], w->u, par, w->h, &w->lambda[2], &w->stage[1]);
-        bouncing_ball_evaluate_stage(w->t + w->h, &w->Q[6], &w->x[6], w->u, par, w->h, w->no_R, &w->stage[2]);
+        bouncing_ball_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0],
+            &w->stage[0]);
+        bouncing_ball_evaluate_stage(w->t + 0.5 * w->h, &w->Q[3], &w->x[3], w->u, par, w->h,
+            &w->lambda[2], &w->stage[1]);
+        bouncing_ball_evaluate_stage(w->t + w->h, &w->Q[6], &w->x[6], w->u, par, w->h,
+            w->no_R, &w->stage[2]);
         bouncing_ball_position_values(w);
     }
     if (problem == 1) {
@@ -4042,14 +4045,18 @@ static void bouncing_ball_derivatives(bouncing_ball_work *w, const bouncing_ball
     (void)par;
     if (problem == 0) {
         /* position problem */
-        bouncing_ball_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage_jacobian[0]);
-        bouncing_ball_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[3], &w->x[3], w->u, par, w->h, &w->lambda[2], &w->stage_jacobian[1]);
-        bouncing_ball_evaluate_stage_jacobian(w->t + w->h, &w->Q[6], &w->x[6], w->u, par, w->h, w->no_R, &w->stage_jacobian[2]);
+        bouncing_ball_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h,
+            &w->lambda[0], &w->stage_jacobian[0]);
+        bouncing_ball_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[3], &w->x[3], w->u,
+            par, w->h, &w->lambda[2], &w->stage_jacobian[1]);
+        bouncing_ball_evaluate_stage_jacobian(w->t + w->h, &w->Q[6], &w->x[6], w->u, par,
+            w->h, w->no_R, &w->stage_jacobian[2]);
         bouncing_ball_position_derivatives(w);
     }
     if (problem == 1) {
         /* velocity problem */
-        bouncing_ball_evaluate_end_jacobian(w->t + w->h, &w->Q[6], &w->x[9], par, &w->end_jacobian);
+        bouncing_ball_evaluate_end_jacobian(w->t + w->h, &w->Q[6], &w->x[9], par,
+            &w->end_jacobian);
         bouncing_ball_velocity_derivatives(w);
     }
 }

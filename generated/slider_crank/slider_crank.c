@@ -6073,9 +6073,12 @@ static void slider_crank_values(slider_crank_work *w, const slider_crank_params 
     if (problem == 0) {
         /* position problem: (47b), (47f), (51), (52), (57): V^1 ... V^s, R^1 ... R^{s-1} */
         slider_crank_stage_points(w);
-        slider_crank_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage[0]);
-        slider_crank_evaluate_stage(w->t + 0.5 * w->h, &w->Q[9], &w->x[9], w->u, par, w->h, &w->lambda[14], &w->stage[1]);
-        slider_crank_evaluate_stage(w->t + w->h, &w->Q[18], &w->x[18], w->u, par, w->h, w->no_R, &w->stage[2]);
+        slider_crank_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0],
+            &w->stage[0]);
+        slider_crank_evaluate_stage(w->t + 0.5 * w->h, &w->Q[9], &w->x[9], w->u, par, w->h,
+            &w->lambda[14], &w->stage[1]);
+        slider_crank_evaluate_stage(w->t + w->h, &w->Q[18], &w->x[18], w->u, par, w->h,
+            w->no_R, &w->stage[2]);
         slider_crank_position_values(w);
     }
     if (problem == 1) {
@@ -6090,14 +6093,21 @@ static void slider_crank_derivatives(slider_crank_work *w, const slider_crank_pa
     (void)par;
     if (problem == 0) {
         /* position problem */
-        slider_crank_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage[0], &w->stage_jacobian[0]);
-        slider_crank_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[9], &w->x[9], w->u, par, w->h, &w->lambda[14], &w->stage[1], &w->stage_jacobian[1]);
-        slider_crank_evaluate_stage_jacobian(w->t + w->h, &w->Q[18], &w->x[18], w->u, par, w->h, w->no_R, &w->stage[2], &w->stage_jacobian[2]);
+        slider_crank_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h,
+            &w->lambda[0], &w->stage[0],
+            &w->stage_jacobian[0]);
+        slider_crank_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[9], &w->x[9], w->u, par,
+            w->h, &w->lambda[14], &w->stage[1],
+            &w->stage_jacobian[1]);
+        slider_crank_evaluate_stage_jacobian(w->t + w->h, &w->Q[18], &w->x[18], w->u, par,
+            w->h, w->no_R, &w->stage[2],
+            &w->stage_jacobian[2]);
         slider_crank_position_derivatives(w);
     }
     if (problem == 1) {
         /* velocity problem */
-        slider_crank_evaluate_end_jacobian(w->t + w->h, &w->Q[18], &w->x[27], par, &w->end_jacobian);
+        slider_crank_evaluate_end_jacobian(w->t + w->h, &w->Q[18], &w->x[27], par,
+            &w->end_jacobian);
         slider_crank_velocity_derivatives(w);
     }
 }

@@ -4116,9 +4116,12 @@ static void slope_values(slope_work *w, const slope_params *par, int problem) {
     if (problem == 0) {
         /* position problem: (47b), (47f), (51), (52), (57): V^1 ... V^s, R^1 ... R^{s-1} */
         slope_stage_points(w);
-        slope_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage[0]);
-        slope_evaluate_stage(w->t + 0.5 * w->h, &w->Q[2], &w->x[2], w->u, par, w->h, &w->lambda[2], &w->stage[1]);
-        slope_evaluate_stage(w->t + w->h, &w->Q[4], &w->x[4], w->u, par, w->h, w->no_R, &w->stage[2]);
+        slope_evaluate_stage(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0],
+            &w->stage[0]);
+        slope_evaluate_stage(w->t + 0.5 * w->h, &w->Q[2], &w->x[2], w->u, par, w->h,
+            &w->lambda[2], &w->stage[1]);
+        slope_evaluate_stage(w->t + w->h, &w->Q[4], &w->x[4], w->u, par, w->h, w->no_R,
+            &w->stage[2]);
         slope_position_values(w);
     }
     if (problem == 1) {
@@ -4133,9 +4136,12 @@ static void slope_derivatives(slope_work *w, const slope_params *par, int proble
     (void)par;
     if (problem == 0) {
         /* position problem */
-        slope_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h, &w->lambda[0], &w->stage[0], &w->stage_jacobian[0]);
-        slope_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[2], &w->x[2], w->u, par, w->h, &w->lambda[2], &w->stage[1], &w->stage_jacobian[1]);
-        slope_evaluate_stage_jacobian(w->t + w->h, &w->Q[4], &w->x[4], w->u, par, w->h, w->no_R, &w->stage[2], &w->stage_jacobian[2]);
+        slope_evaluate_stage_jacobian(w->t, &w->Q[0], &w->x[0], w->u, par, w->h,
+            &w->lambda[0], &w->stage[0], &w->stage_jacobian[0]);
+        slope_evaluate_stage_jacobian(w->t + 0.5 * w->h, &w->Q[2], &w->x[2], w->u, par, w->h,
+            &w->lambda[2], &w->stage[1], &w->stage_jacobian[1]);
+        slope_evaluate_stage_jacobian(w->t + w->h, &w->Q[4], &w->x[4], w->u, par, w->h,
+            w->no_R, &w->stage[2], &w->stage_jacobian[2]);
         slope_position_derivatives(w);
     }
     if (problem == 1) {
