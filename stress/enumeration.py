@@ -24,8 +24,7 @@ _CHUNK = 4096  # combinations that are handed over at once
 _LOOSE = 1e-2  # violation that the linearised equations may show
 _TIGHT = 1e-8
 _SOLVED = 1e-10
-_FAR = 1e3  # changes of velocity, over free flight's, that lead away from its neighbourhood
-_SOFT = 1e-11  # relative compliance of dependent rows while combinations are sifted
+_SOFT = 1e-8  # relative compliance of dependent rows while combinations are sifted
 
 
 @cache
@@ -96,6 +95,8 @@ class _Examination:
             guard = stepper.evaluate("guard", state["t"], q, parameters=par)
             guarded = np.array([c["guarded"] for c in self.contacts])
             self.exists = ~guarded | (guard >= 0)
+        M = stepper.evaluate("p_v", state["t"], q, self.at["v"], parameters=par)
+        self.weight = np.sqrt(np.abs(np.diag(M)) / max(np.abs(np.diag(M)).max(), 1e-300))
         self.tried = 0
         self.speed = float(np.abs(state["v"]).max())
 
@@ -265,7 +266,9 @@ class _Examination:
         n = slots * self.n_R
         x, lam = x.copy(), lam.copy()
         lam[offset : offset + n] = 0
-        for _ in range(12):
+        weight = np.tile(self.weight, n_x // self.weight.size)
+        size = np.inf
+        for k in range(12):
             at = self.residuals(name, x, lam)
             force = lam[offset : offset + n]
             rows, value = np.zeros((n, n_x + n)), np.zeros(n)
@@ -279,8 +282,11 @@ class _Examination:
             change = np.linalg.lstsq(scaled, -F / unit, rcond=1e-11)[0] / columns
             x[first : first + n_x] += change[:n_x]
             lam[offset : offset + n] += change[n_x:]
-            if not np.all(np.isfinite(change)) or np.abs(change[:n_x]).max() > _FAR * self.speed:
+            if not np.all(np.isfinite(change)):
                 return None
+            before, size = size, float(np.abs(change[:n_x] * weight).max())
+            if k >= 3 and size > 0.5 * before and size > 1e3 * _SOLVED * self.speed:
+                return None  # does not converge to anything near
             speed = max(float(np.abs(x).max()), self.speed)
             if np.abs(change[:n_x]).max() <= _SOLVED * speed:
                 left = np.abs(scaled @ (change * columns) + F / unit).max()

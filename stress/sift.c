@@ -103,6 +103,9 @@ static int holds(int n, const double *D, const double *y0, const double *mu, con
             R[n + j] = tie[j] * R[j];
         }
         rest = fmax(rest, fabs(y0[j] / size[j]));
+        if (slides[j]) {
+            rest = fmax(rest, fabs(y0[n + j] / size[n + j]));
+        }
         push = fmax(push, fmax(fabs(R[j]), fabs(R[n + j])));
     }
     if (push > FAR * rest) {

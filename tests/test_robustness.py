@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import signorini as sg
-from signorini.models import bouncing_ball, box, box_in_space, slider_crank
+from signorini.models import bouncing_ball, box, box_in_space, chaplygin_sleigh, slider_crank
 from signorini.runtime.run import Run
 from trap_models import rheonomic
 
@@ -61,7 +61,10 @@ def test_equal_percussions_at_rest(stepper: Build) -> None:
     assert np.max(np.abs(space.P_F)) < 1e-14
 
 
-@pytest.mark.parametrize("model", [slider_crank.model, box.model, box_in_space.model, rheonomic])
+@pytest.mark.parametrize(
+    "model",
+    [slider_crank.model, box.model, box_in_space.model, rheonomic, chaplygin_sleigh.model],
+)
 def test_scratch_memory_carries_nothing(model: Callable[[], sg.Model], stepper: Build) -> None:
     """NaN in every byte of p_work before each step changes no bit."""
     compiled = stepper(model, 3)

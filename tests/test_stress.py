@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
-from signorini.models import box, v_groove
+from signorini.models import box, painleve_rod, v_groove
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.runtime.run import Run
@@ -203,6 +203,34 @@ def pretended(
     par = stepper.check_parameters(about)
     run = Run(stepper, par, {}, t, np.asarray(q, float), np.asarray(v, float), 1e-2, 1, 1, False)
     return run._failed("NOT_CONVERGED", [])
+
+
+def test_nothing_that_can_be_solved_is_called_unsolvable(stepper: Build) -> None:
+    """Starts at rest, tiny speeds, contacts that slide under almost no force, fast rotations."""
+    corner = stepper(box.model, 2)
+    _, q, _ = corner.initial_state()
+    q = q.copy()
+    q[2] = 0.3
+    gaps = corner.evaluate("g_N", 0.0, q, np.zeros(3))
+    q[1] -= gaps.min()
+    for v in ([0.0, 0.0, 0.0], [0.0, -1e-6, 0.0], [0.0, -1e-3, 0.0]):
+        verdict = examine(corner, pretended(corner, 0.0, q, np.array(v), mu=0.2, e_N=0.3))
+        assert verdict.text == "solution found", v
+    rod = stepper(painleve_rod.model, 2)
+    _, q, v = rod.initial_state()
+    for h, grav, mu, speed, half in (
+        (1e-3, 1e-4, 1.8, (-1.0, 0.0, 0.0), None),
+        (1e-7, 9.81, 1.8, (-1.0, 0.0, 0.0), None),
+        (1e-7, 9.81, 0.5, (-1.0, -1.0, 0.0), 5e-4),
+    ):
+        about = {"grav": grav, "mu": mu} | ({} if half is None else {"half": half})
+        at = q.copy()
+        at[2] = 0.9
+        at[1] -= rod.evaluate("g_N", 0.0, at, v, parameters=rod.check_parameters(about)).min()
+        step = replace(pretended(rod, 0.0, at, np.array(speed), **about), h=h)
+        solved = take_again(rod, step)["status"]
+        verdict = examine(rod, step)
+        assert not (solved.startswith("OK") and verdict.proven), (h, grav, verdict.text)
 
 
 @pytest.mark.parametrize("stages", [2, 3])

@@ -298,6 +298,8 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         const int choice = sg_least_norm(w, par, opt, problem, &measure);
         info->percussions = choice > info->percussions ? choice : info->percussions;
     }
-    info->residual = sg_max(info->residual, measure * sg_max(opt->tol, SG_FLOOR));
+    if (status == SG_K(OK)) {
+        info->residual = sg_max(info->residual, measure * sg_max(opt->tol, SG_FLOOR));
+    }
     return status;
 }

@@ -71,6 +71,9 @@ static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
         const sg_problem *pr = &sg_problems[problem];
         if (pr->opening && !w->opened) {
+            /* what the state remembers of it stays */
+            sg_copy(pr->n_x, &s->x[pr->x], &w->x[pr->x]);
+            sg_copy(pr->n_slots * SG_NC, &s->lambda[pr->lambda], &w->lambda[pr->lambda]);
             continue;
         }
         status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
@@ -219,7 +222,7 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     int effort = SG_WHOLE;
     int failure = SG_K(OK);
     int stuck = -1; /* problem of the whole step that was not solved */
-    int used = 0;   /* iterations before the last attempt */
+    int used = 0;   /* iterations before what is reported */
     int done = 0;
     int level = 0;
     int stride = rest;
@@ -265,7 +268,13 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                 }
             }
         } else if (status != SG_K(BAD_ARGUMENT) && effort != SG_LAST && level < opt->max_halvings) {
-            stuck = level == 0 ? w->stuck : stuck;
+            if (level == 0) {
+                /* what is reported is of the substeps alone, but for the iterations */
+                stuck = w->stuck;
+                used = info->iterations;
+                sg_reset_info(info);
+                info->iterations = used;
+            }
             effort = SG_SUBSTEP;
             stride /= 2;
             ++level;

@@ -261,6 +261,34 @@ static void test_eliminations_agree(void) {
     }
 }
 
+/* The last attempt at a problem alone: guessed states, more paths, friction raised further. What it
+   calls solved is as near as the checker asks for. */
+static void test_last_attempt(void) {
+    int trial, again;
+    for (trial = 0; trial < 30; ++trial) {
+        for (again = 0; again < 2; ++again) {
+            int status;
+            draw_start();
+            open_step(0.01);
+            sg_reset_info(&info);
+            work.stuck = 0;
+            work.raised = -1.0;
+            if (again) {
+                status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_WHOLE, 12);
+                ENSURE(info.iterations <= 12);
+            }
+            status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_LAST, 120);
+            ENSURE(info.iterations <= 120);
+            if (status == M_OK) {
+                real stall;
+                sg_evaluate(&work, &par, &opt, 0);
+                (void)sg_merit(&work, 0, &stall);
+                ENSURE(stall <= SG_CHECK / SG_STAGNATION);
+            }
+        }
+    }
+}
+
 static int accepted(void) {
     int problem;
     m_finish(&work);
@@ -820,6 +848,7 @@ int main(void) {
     test_newton_direction();
     test_eliminations_agree();
     test_ends();
+    test_last_attempt();
     test_checker();
     test_least_norm();
     test_paths_and_rescues();
