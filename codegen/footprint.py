@@ -6,6 +6,7 @@ from signorini.codegen.layout import Struct
 
 _INT = 4
 _POINTER = 8
+DIRECTIONS = 1600  # at most, of a central path: SG_CENTRAL of sg_real.h
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,9 @@ class Footprint:
         Operations of the generated code: once a step, once an evaluation, once an iteration.
     products : int
         Products of one elimination of the smooth unknowns, all problems.
+    iteration, step : int
+        Upper bounds for all operations of an iteration, whatever it has to do, and of a step of
+        200 iterations without substeps.
     """
 
     state: int
@@ -36,6 +40,8 @@ class Footprint:
     values: int
     derivatives: int
     products: int
+    iteration: int
+    step: int
 
 
 def struct_sizes(structs: tuple[Struct, ...], real: int) -> dict[str, int]:
@@ -66,3 +72,42 @@ def stack_bound(real: int, locals_: int, lines: int) -> int:
 def flash_bound(lines: int, operations: int, products: int) -> int:
     """Bound from statements and operations; of software floating point the calls, not the code."""
     return (42_000 + 33 * lines + 13 * operations + 40 * products) // 1000 * 1000
+
+
+def iteration_bound(
+    n_x: int,
+    n_border: int,
+    n: int,
+    n_contacts: int,
+    evaluation: int,
+    derivatives: int,
+    products: int,
+    spatial: bool,
+) -> int:
+    """Bound for the operations of an iteration of one problem.
+
+    The largest of three: Newton's iteration with its search along the direction, where rows are
+    exchanged and depend on each other; a path with the most changes of state; a central path with
+    the most directions.
+
+    Parameters
+    ----------
+    n_x, n_border, n, n_contacts : int
+        Smooth unknowns, with bilateral percussions, percussions, contacts at all stages.
+    evaluation, derivatives, products : int
+        Operations of one evaluation with its scales, of the derivatives, products of the
+        elimination.
+    spatial : bool
+        Whether there are central paths.
+    """
+    solve = 2 * n_border**2 + 2 * n_border
+    factor = 6 * products + n_x**3 + 4 * n_x**2
+    linear = derivatives + factor + (n + 1) * solve
+    dense = n**3 + 4 * n**2
+    newton = (
+        8 * evaluation + 2 * linear + 8 * n * (n + 1) * n_x + dense + 2 * (5 * n**3 + 12 * n**2)
+    )
+    along = evaluation + linear + 4 * n**2 * n_x
+    path = along + (8 * n_contacts + 16) * (dense + 12 * n**2 + 40 * n)
+    central = along + DIRECTIONS * (dense + 12 * n**2 + 60 * n) if spatial else 0
+    return max(newton, path, central)

@@ -17,6 +17,8 @@ STATUSES: tuple[tuple[str, str], ...] = (
     ("INCONSISTENT_START", "the initial state violates a constraint or penetrates a contact"),
 )
 
+MAX_ITERATIONS = 200  # default of options.max_iterations
+
 
 @dataclass(frozen=True)
 class Field:
@@ -74,6 +76,7 @@ class Sizes:
     n_C: int
     n_C_radius: int
     n_outputs: int
+    spatial: bool
 
 
 def sizes(data: ModelData, scheme: Scheme) -> Sizes:
@@ -107,6 +110,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_C=max(p.jacobian.C.size for p in scheme.problems),
         n_C_radius=max(p.jacobian.radius.size for p in scheme.problems),
         n_outputs=len(data.outputs),
+        spatial=any(c.n_F == 2 for c in data.contacts),
     )
 
 
@@ -152,7 +156,7 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("status", "int", (), "status code of the step"),
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
         Field("substeps", "int", (), "substeps taken; 0: the step was solved whole"),
-        Field("rescues", "int", (), "1 cold start, 2 friction raised in steps, 4 path, added up"),
+        Field("rescues", "int", (), "1 cold start, 2 central path, 4 path, added up"),
         Field("percussions", "int", (), "0 unique, 1 of least norm, 2 one of several"),
         Field("lost_impacts", "int", (), "contacts that pushed at a stage but not over the step"),
         Field("residual", "real", (), "largest scaled residual accepted"),
@@ -236,7 +240,6 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("e_N", "real", (n.n_contacts,), "normal restitution"),
         Field("e_F", "real", (n.n_contacts,), "tangential restitution"),
         Field("guard", "real", (n.n_contacts,), "guards"),
-        Field("friction", "real", (), "factor of all radii, below 1 only inside a rescue"),
         Field("exists", "int", (n.n_contacts,), "guard >= 0 at the start"),
         Field("active", "int", (n.n_contacts,), "closed at the end, (67)"),
         Field("no_R", "real", (n.n_R,), "zeros"),
@@ -268,8 +271,6 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("exchanged", "int", (), "whether the factors stand in full"),
         Field("careful", "int", (), "whether rows are exchanged in any case"),
         Field("lean", "int", (), "whether followers and bilateral rows may be eliminated, too"),
-        Field("raised", "real", (), "factor of all radii that a rescue reached"),
-        Field("raise_step", "real", (), "by how much it was to be raised next"),
         Field("lenient", "int", (), "whether the nearest point may be as far as the checker lets"),
         Field("stuck", "int", (), "problem that was not solved, -1: none"),
         Field("bordered", "int", (), "whether the bilateral rows are eliminated, too"),
@@ -303,8 +304,9 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("lambda_old", "real", (n.n_lambda,)),
         Field("x_best", "real", (n.n_x,), "nearest point of an iteration"),
         Field("lambda_best", "real", (n.n_lambda,), "nearest point of an iteration"),
-        Field("x_kept", "real", (n.n_x,), "last solution while friction is raised"),
-        Field("lambda_kept", "real", (n.n_lambda,), "last solution while friction is raised"),
+        Field("directions", "int", (), "what is left of the directions of a central path"),
+        Field("x_kept", "real", (n.n_x if n.spatial else 0,), "end of a central path"),
+        Field("lambda_kept", "real", (n.n_lambda if n.spatial else 0,), "end of a central path"),
         Field("Z", "real", (n.n_lambda, n.n_border), "K^-1 B by columns"),
         Field("S", "real", (n.n_lambda, n.n_lambda), "percussion system by columns"),
         Field("cell", "real", (n.n_lambda, n.n_lambda), "percussion system of a rescue"),

@@ -13,9 +13,15 @@ from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
 from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.errors import GenerationError
-from signorini.codegen.footprint import Footprint, flash_bound, stack_bound, struct_sizes
+from signorini.codegen.footprint import (
+    Footprint,
+    flash_bound,
+    iteration_bound,
+    stack_bound,
+    struct_sizes,
+)
 from signorini.codegen.full_order import full_order_scheme
-from signorini.codegen.layout import STATUSES, Field, Sizes, Struct, sizes, structs
+from signorini.codegen.layout import MAX_ITERATIONS, STATUSES, Field, Sizes, Struct, sizes, structs
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
 from signorini.codegen.moreau import moreau_scheme
@@ -33,6 +39,7 @@ RUNTIME_FILES = (
     "sg_smooth.c",
     "sg_newton.c",
     "sg_path.c",
+    "sg_central.c",
     "sg_solve.c",
     "sg_check.c",
     "sg_step.c",
@@ -176,6 +183,11 @@ class EmitSpec:
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
 
     @property
+    def max_iterations(self) -> int:
+        """Default of options.max_iterations."""
+        return MAX_ITERATIONS
+
+    @property
     def carries(self) -> bool:
         """Whether the state carries constraint forces along."""
         return any(p.opening for p in self.problems)
@@ -194,6 +206,22 @@ class EmitSpec:
         def count(steps: tuple[Step, ...]) -> int:
             return sum(operations[step.function] for step in steps)
 
+        n = self.sizes
+        scales = 6 * (n.n_mass + n.n_direction) + 20 * n.n_R
+        iteration = max(
+            iteration_bound(
+                p.n_x,
+                p.n_border,
+                p.n_slots * n.n_R,
+                p.n_slots * n.n_contacts,
+                count(p.values) + 10 * p.n_x + 60 * p.n_slots * n.n_R + scales,
+                count(p.derivatives),
+                p.elimination.products,
+                n.spatial,
+            )
+            for p in self.problems
+        )
+        start = count(self.start)
         unrolled = [p.elimination for p in self.problems if p.unrolled]
         lines = sum(len(section.lines) for f in written for section in f.sections)
         lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
@@ -207,10 +235,12 @@ class EmitSpec:
                 sum(f.operations for f in written),
                 sum(e.products for e in unrolled),
             ),
-            start=count(self.start),
+            start=start,
             values=sum(count(p.values) for p in self.problems),
             derivatives=sum(count(p.derivatives) for p in self.problems),
             products=sum(p.elimination.products for p in self.problems),
+            iteration=iteration,
+            step=start + (MAX_ITERATIONS + len(self.problems)) * iteration,
         )
 
     @property

@@ -136,17 +136,29 @@ class _Examination:
         return x, lam
 
     def reachable(self, x: np.ndarray, lam: np.ndarray) -> list[int]:
-        """Contacts that speeds of the size of free flight's close within the step."""
-        y = self.residuals("position", x, lam)["y"].reshape(-1, self.n_R)
-        W = self.stepper.evaluate(
-            "W_N", self.at["t"], self.at["q"], self.at["v"], parameters=self.at["parameters"]
+        """Contacts that may close within the step: from its start twice the kinetic energy of free
+        flight can do so, and from where free flight leaves them twice its speeds.
+        """
+        gaps = self.residuals("position", x, lam)["y"].reshape(-1, self.n_R)
+        v, par = self.at["v"], self.at["parameters"]
+        start = (self.at["t"], self.at["q"], v)
+        W, M, rate = (
+            self.stepper.evaluate(name, *start, parameters=par)
+            for name in ("W_N", "p_v", "g_N_dot")
         )
-        pace = np.abs(x.reshape(-1, self.at["v"].size)).max(axis=0)
-        reach = self.step.h * (np.abs(W).T @ np.maximum(pace, np.abs(self.at["v"])))
+        at_start = self.stepper.evaluate("g_N", *start[:2], parameters=par)
+        flight = np.vstack([v, x.reshape(-1, v.size)])
+        energy = np.einsum("ij,jk,ik->i", flight, M, flight).max()
+        mobility = np.einsum("ik,ik->k", W, np.linalg.solve(M, W))
+        drift = np.abs(rate - W.T @ v)
+        far = self.step.h * (np.sqrt(2 * energy * mobility) + drift)
+        near = 2 * self.step.h * (np.abs(W).T @ np.abs(flight).max(axis=0) + drift)
         return [
             k
             for k, c in enumerate(self.contacts)
-            if self.exists[k] and y[:, self.normal + c["normal"]].min() <= 2 * reach[c["normal"]]
+            if self.exists[k]
+            and at_start[c["normal"]] <= far[c["normal"]]
+            and gaps[:, self.normal + c["normal"]].min() <= near[c["normal"]]
         ]
 
     def active(self, x: np.ndarray, lam: np.ndarray, near: list[int]) -> list[int]:

@@ -24,7 +24,7 @@ _HEADINGS = (
 _WIDTH = 150
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
-    "left unsolved, proven: those of them that have no solution; substeps, cold, raised, path: "
+    "left unsolved, proven: those of them that have no solution; substeps, cold, central, path: "
     "steps that needed them; mean, 99.9 %, max: Newton iterations of a step; gap: smallest at a "
     "stage [m]; compl., cone: worst relative violation of complementarity and friction law; "
     "gain: largest energy above the start's where none may be gained, over the kinetic energy; "

@@ -19,6 +19,7 @@ class Mutant(NamedTuple):
 D, L, G, P = "codegen/derive.py", "codegen/lobatto.py", "codegen/graph.py", "codegen/cprint.py"
 T, C, S = "codegen/tableau.py", "codegen/sympy_to_casadi.py", "codegen/spec.py"
 PATH = "runtime/c/sg_path.c"
+CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
 STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
@@ -135,12 +136,18 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("contacts never close on a path", PATH, "what[0] = SG_CLOSES;", "what[0] = SG_OPENS;"),
     Mutant("left-out contacts keep their percussion", SOLVE, "if (!sg_joins(w, pr, k)) {", "if (0) {"),
     Mutant("iterations not bounded", SOLVE, "return left < wish ? left : wish;", "return wish + 0 * left;"),
-    Mutant("no path is followed", SOLVE, "found = sg_path(w, par, opt, problem, turn);", "found = 0 && sg_path(w, par, opt, problem, turn);"),
+    Mutant("no path is followed", SOLVE, "if (!sg_path(w, par, opt, problem, turn)) {", "if (1 || !sg_path(w, par, opt, problem, turn)) {"),
+    Mutant("friction along the slip on a central path", CENTRAL, "lambda[row] + radius * slip[d] / size", "lambda[row] - radius * slip[d] / size"),
+    Mutant("folds of a central path ignored", CENTRAL, "(agree < SG_C(0.0) ? SG_C(-1.0) : SG_C(1.0)) / length", "(agree < SG_C(2.0) * length ? SG_C(-1.0) : SG_C(1.0)) / length"),
+    Mutant("gaps of a central path pull", CENTRAL, "lambda[normal] - SG_C(0.5) * (z + size)", "lambda[normal] - SG_C(0.5) * (z - size)"),
+    Mutant("a central path does not know how wide gaps are", CENTRAL, "scale * (w->ratio[normal] * share -", "scale * (-w->ratio[normal] * share -"),
+    Mutant("a central path ends far from the laws", CENTRAL, "if (e < end) {", "if (e < SG_CENTRAL_START) {"),
+    Mutant("percussions leave their cones", SOLVE, "const real mu = SG_C(0.984375) * w->mu[k];", "const real mu = SG_C(4.0) * w->mu[k];"),
     Mutant("the judge looks at normal percussions only", "stress/judge.py", "outside = np.maximum(size - radius, 0) / force", "outside = 0 * np.maximum(size - radius, 0) / force"),
     Mutant("the judge takes any sign of friction", "stress/judge.py", 'np.einsum("ij,ij->i", P, slip)', '-np.abs(np.einsum("ij,ij->i", P, slip))'),
     Mutant("enumeration without slip to one side", "stress/enumeration.py", "(OPEN, STICK, FORTH, BACK)\n            if", "(OPEN, STICK, FORTH)\n            if"),
     Mutant("enumeration takes friction along the slip", "stress/enumeration.py", "{OPEN: 0.0, FORTH: 1.0, BACK: -1.0}", "{OPEN: 0.0, FORTH: -1.0, BACK: 1.0}"),
-    Mutant("friction that follows the normal percussion has the wrong sign", NEWTON, "? -(w->slip[k] * w->friction * mu)", "? w->slip[k] * w->friction * mu"),
+    Mutant("friction that follows the normal percussion has the wrong sign", NEWTON, "? -(w->slip[k] * mu)", "? w->slip[k] * mu"),
     Mutant("a repeated exponential loses its sign", C, "return sp.exp(rest if factor > 0 else -rest), int(abs(factor))", "return sp.exp(rest), int(abs(factor))"),
     Mutant("a shared term is taken for another", "codegen/sharing.py", 'ca.SX.sym(f"at->common[{i}]")', 'ca.SX.sym(f"at->common[{0 * i}]")'),
     Mutant("a product with a reciprocal loses the divisor", G, 'self._add(Node("inv", (args[1],)))', 'self._constant(1.0)'),

@@ -59,7 +59,7 @@ def test_scenes(scene: str, stages: int) -> None:
     [("painleve", 3, 9), ("painleve", 2, 3), ("groove", 2, 18), ("groove", 2, 32), ("chain", 2, 1),
      ("chain", 2, 5), ("groove", 3, 25), ("groove", 3, 32),
      *(pytest.param(*case, marks=pytest.mark.thorough) for case in
-       [("stack_graded", 4, 1), ("box_tumbles", 4, 12),
+       [("stack_graded", 4, 1), ("box_tumbles", 4, 12), ("table", 3, 44), ("table", 4, 43),
         ("groove", 4, 62), ("arch", 4, 61)])],
 )  # fmt: skip
 def test_runs_that_once_stopped(scene: str, stages: int, number: int) -> None:
@@ -95,6 +95,39 @@ def test_what_is_left_of_the_iterations_finds_a_step() -> None:
     np.testing.assert_allclose(W @ found["P"], together, rtol=0, atol=1e-4)
     assert np.abs(together).max() > 1e-2
     np.testing.assert_allclose(found["v"], verdict.x[-n["n_q"] :], rtol=0, atol=1e-5)
+
+
+def test_contacts_that_hold_solve_a_step() -> None:
+    """A body stops in a groove: of all solutions at the stages only the one in which contacts stick
+    leads further, and its percussions are in their cones only off the smallest ones."""
+    compiled = stepper_of("groove", 3)
+    stored = FailedStep.load(Path(__file__).parent / "data" / "stops_in_a_groove.json")
+    step = replace(stored, model_hash=compiled.manifest["model_hash"])
+    found = take_again(compiled, step)
+    assert found["status"] == "OK_RESCUED"
+    assert found["substeps"] == 0
+    # it stays where it is, so that the balance of a step is M (v' - v) = h f + W P, exactly
+    q, v = np.array(step.state["q"]), np.array(step.state["v"])
+    np.testing.assert_allclose(found["q"], q, rtol=0, atol=1e-14)
+
+    def at_start(name: str) -> np.ndarray:
+        return compiled.evaluate(name, step.state["t"], q, v, parameters=step.parameters)
+
+    P_N, P_F = np.split(np.array(found["P"]), [compiled.sizes["n_N"]])
+    left = at_start("p_v") @ (found["v"] - v) - step.h * at_start("L_q")
+    right = at_start("W_N") @ P_N + at_start("W_F") @ P_F
+    np.testing.assert_allclose(left, right, rtol=0, atol=1e-12)
+    assert P_N.min() >= 0 and P_N.max() > 1e-3
+    assert np.all(np.abs(P_F) <= step.parameters["mu"] * P_N * (1 + 1e-9) + 1e-15)
+
+
+@pytest.mark.thorough
+def test_central_paths_are_needed_in_space() -> None:
+    """A table lands on five legs at once."""
+    result = run_case("table", 4, SEED, 9)
+    assert not result.failures and result.substepped == 0
+    assert result.rescues["central"] > 0
+    assert result.complementarity < 1e-8 and result.cone < 1e-8
 
 
 def test_starts_do_not_depend_on_anything_else() -> None:

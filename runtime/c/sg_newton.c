@@ -27,9 +27,9 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                 }
                 w->kind[n] = open ? SG_ROW_ZERO : SG_ROW_FREE;
                 w->phi[n] = open ? lambda[n] : w->prox_r[n] * w->y[n];
-                radius = w->friction * w->mu[k] * sg_max(lambda[n], SG_C(0.0));
+                radius = w->mu[k] * sg_max(lambda[n], SG_C(0.0));
             } else {
-                radius = w->friction * w->radius[slot * SG_NB + contact->bound];
+                radius = w->radius[slot * SG_NB + contact->bound];
             }
             if (open || frictionless) {
                 for (d = 0; d < contact->components; ++d) {
@@ -143,10 +143,10 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         int e;
         /* Radius: mu R_N, or the given bound along dx. */
         if (contact->normal < 0) {
-            change += w->slip[row] * w->friction * d_radius;
+            change += w->slip[row] * d_radius;
         } else if (column >= 0 && column == sg_pressing(row) &&
                    w->lambda[pr->lambda + column] >= SG_C(0.0)) {
-            change += w->slip[row] * w->friction * w->mu[own->contact];
+            change += w->slip[row] * w->mu[own->contact];
         }
         /* Direction: ratio (1 - n n^T) (r C dx - dlambda). */
         for (e = 0; e < contact->components && contact->components > 1; ++e) {
@@ -248,8 +248,7 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
 static inline real sg_share(const SG(work) * w, const sg_problem *pr, int k, int normal) {
     const int c = k % SG_ROWS - SG_SLIP;
     const real mu = c < 0 ? SG_C(0.0) : w->mu[sg_slips[c].contact];
-    return w->lambda[pr->lambda + normal] >= SG_C(0.0) ? -(w->slip[k] * w->friction * mu)
-                                                       : SG_C(0.0);
+    return w->lambda[pr->lambda + normal] >= SG_C(0.0) ? -(w->slip[k] * mu) : SG_C(0.0);
 }
 
 /* Take percussion k into the reduced system, with what follows it. */

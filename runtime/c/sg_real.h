@@ -17,6 +17,9 @@ typedef SG(real) real;
 #define SG_SOFTNESS (256.0F * FLT_EPSILON) /* relative compliance of contradictory contacts */
 #define SG_GIVE (64.0F * FLT_EPSILON)      /* relative compliance of all rows along a path */
 #define SG_SMALL (8192.0F * FLT_EPSILON)   /* relative pivot below which rows may be dependent */
+#define SG_CENTRAL_END (1024.0F * FLT_EPSILON) /* smoothing where a central path ends, */
+#define SG_CENTRAL_NEAR \
+    (131072.0F * FLT_EPSILON) /* from where on it need not go further if it cannot */
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
@@ -31,6 +34,8 @@ typedef SG(real) real;
 #define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
 #define SG_GIVE (1024.0 * DBL_EPSILON)
 #define SG_SMALL (4294967296.0 * DBL_EPSILON)
+#define SG_CENTRAL_END (524288.0 * DBL_EPSILON)
+#define SG_CENTRAL_NEAR (4398046511104.0 * DBL_EPSILON)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a
@@ -38,13 +43,25 @@ typedef SG(real) real;
 #define SG_FLOOR (SG_C(16.0) * SG_EPS)
 #define SG_BAND SG_C(16.0)
 
-/* Newton iterations of a plain attempt, of contact states held; paths followed in one problem, and
-   those of a last attempt once substeps have failed, too. */
+/* Newton iterations of a plain attempt, of contact states held, of contacts that are said to hold,
+   from where a path led; paths followed in one problem at first, and in all. */
 #define SG_PLAIN 9
 #define SG_HELD 5
+#define SG_HOLDING 30
+#define SG_LANDING 5
 #define SG_TURNS 6
 #define SG_LAST_TURNS 24
-#define SG_RAISING 45
+
+/* Central path: the smoothing where it begins; how much wider gaps are; percussions that lead
+   nowhere, in units of their scales; the shortest stride; directions of one path, corrections of
+   one stride. */
+#define SG_CENTRAL_START SG_C(16.0)
+#define SG_WIDER SG_C(4.0)
+#define SG_CENTRAL_FAR SG_C(1.0e6)
+#define SG_CENTRAL_SHORT SG_C(1.0e-5)
+#define SG_CENTRAL 1600
+#define SG_CENTRAL_BEGIN 20
+#define SG_CENTRAL_CORRECT 5
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
 

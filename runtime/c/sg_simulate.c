@@ -131,7 +131,6 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     for (j = 0; j < SG_NGAMMA; ++j) {
         w->carried[j] = s->has_force ? s->carried[j] : lambda[SG_NG + j] / h;
     }
-    w->friction = SG_C(1.0);
     SG(start)(w, par);
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);

@@ -113,7 +113,7 @@ static int sg_budget(const SG(info) * info, int end, int wish) {
 static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, int *count) {
     const unsigned long here = sg_fingerprint(w, n_lambda);
     int k;
-    for (k = 0; k < *count && SG_NF <= SG_NK; ++k) {
+    for (k = 0; k < *count && !SG_SPATIAL; ++k) {
         if (ends[k] == here) {
             return 1;
         }
@@ -123,14 +123,11 @@ static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, 
     return 0;
 }
 
-/* Guess contact states: contacts that the motion at the start would close stick, or slip as they do
-   there; those that stick hold everything. */
-static void sg_guess(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
-                     int stick) {
+/* Guess that contacts that touch at the start stick and hold everything. */
+static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int slot, c, d, k;
-    sg_cold_start(w, problem);
-    sg_leave_out(w, problem);
+    sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
     sg_evaluate(w, par, opt, problem);
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
@@ -141,50 +138,77 @@ static void sg_guess(SG(work) * w, const SG(params) * par, const SG(options) * o
             const sg_contact *contact = &sg_contacts[k];
             const int normal = base + SG_NORMAL + contact->normal;
             const int f = base + SG_SLIP + contact->friction;
-            const int rubbing = sg_rubbing(w, k);
             int closed = sg_joins(w, pr, k);
             if (contact->normal >= 0) {
                 closed = closed && !(w->y[normal] > SG_BAND * w->gap_floor[normal % SG_ROWS]);
                 w->kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
             }
             for (d = 0; d < contact->components; ++d) {
-                const real slip = sg_norm(contact->components, &w->y[f]);
-                const int slips = !stick && slip > SG_C(0.0);
-                w->slip[f + d] = slips ? w->y[f + d] / slip : SG_C(0.0);
-                w->kind[f + d] = !closed || d >= rubbing ? SG_ROW_ZERO
-                                 : slips                 ? SG_ROW_SLIP
-                                                         : SG_ROW_FREE;
+                w->kind[f + d] = closed && d < sg_rubbing(w, k) ? SG_ROW_FREE : SG_ROW_ZERO;
             }
         }
     }
-    if (stick) {
-        sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
-    }
 }
 
-/* Contact states that are guessed, if `first` says that others failed, then those along paths;
-   Newton's method in those that are new and from there. */
+/* Move percussions of contacts that stick well into their cones, each as little as possible.
+   Returns how many were outside. */
+static int sg_into_cones(SG(work) * w, const sg_problem *pr) {
+    int outside = 0;
+    int slot, d, k;
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        const int base = slot * SG_NC;
+        real *lambda = &w->lambda[pr->lambda + base];
+        for (k = 0; k < SG_NK; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int normal = SG_NORMAL + contact->normal;
+            const int f = SG_SLIP + contact->friction;
+            const real mu = SG_C(0.984375) * w->mu[k];
+            const int sticks = contact->normal >= 0 && contact->components > 0 &&
+                               w->kind[base + normal] == SG_ROW_FREE &&
+                               w->kind[base + f] == SG_ROW_FREE;
+            const real size = sg_norm(contact->components, &lambda[f]);
+            if (sticks && size > w->mu[k] * lambda[normal]) {
+                const real push =
+                    sg_max(lambda[normal] + mu * size, SG_C(0.0)) / (SG_C(1.0) + mu * mu);
+                lambda[normal] = push;
+                for (d = 0; d < contact->components && size > SG_C(0.0); ++d) {
+                    lambda[f + d] *= mu * push / size;
+                }
+                ++outside;
+            }
+        }
+    }
+    return outside;
+}
+
+/* Newton's method from where a rescue arrived, first in the contact states that it found: there,
+   where percussions are not unique, some within all cones are sought. */
+static int sg_land(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                   int problem, int held, int end, real *measure) {
+    const int last = info->iterations + sg_budget(info, end, held);
+    int outside = 1;
+    while (outside > 0 && info->iterations < last) {
+        sg_settle(w, par, opt, problem, sg_budget(info, last, SG_HELD), &info->iterations);
+        outside = sg_into_cones(w, &sg_problems[problem]);
+    }
+    return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_LANDING), 0, &info->iterations,
+                     measure);
+}
+
+/* Contact states along paths number `turn` to `turns` - 1, each linearised where the one before
+   led; Newton's method in those that are new and from there. */
 static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                     int problem, int first, int turns, int end, real *measure) {
+                     int problem, int turn, int turns, int end, real *measure) {
     const int n_lambda = sg_problems[problem].n_slots * SG_NC;
     unsigned long ends[SG_LAST_TURNS];
     int status = SG_K(NOT_CONVERGED);
     int count = 0;
-    int turn;
-    for (turn = first > 0 ? first - 2 : 0; turn < turns && info->iterations < end; ++turn) {
-        int found = 1;
+    for (; turn < turns && info->iterations < end; ++turn) {
         ++info->iterations;
-        if (turn < first) {
-            sg_guess(w, par, opt, problem, turn + 1 < first);
-        } else {
-            found = sg_path(w, par, opt, problem, turn);
-        }
-        if (!found) {
+        if (!sg_path(w, par, opt, problem, turn)) {
             sg_cold_start(w, problem);
         } else if (!sg_ended_here(w, n_lambda, ends, &count)) {
-            sg_settle(w, par, opt, problem, sg_budget(info, end, SG_HELD), &info->iterations);
-            status = sg_newton(w, par, opt, problem, sg_budget(info, end, 5), 0, &info->iterations,
-                               measure);
+            status = sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
             if (status == SG_K(OK)) {
                 return status;
             }
@@ -193,105 +217,105 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
     return status;
 }
 
-/* In space the direction of slip turns on the way. */
-#define SG_SPATIAL (SG_NF > SG_NK ? 1 : 0)
-
-/* Raise all friction radii from zero, where the solution is easy to find, to their values: in
-   steps that grow after a success and shrink after a failure. With `again` from where the radii
-   were left. */
-static int sg_raise(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                    int problem, int again, int end, real *measure) {
+/* The same along central paths, each linearised where the one before ended. */
+static int sg_center(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                     int problem, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
-    const int wish = again ? (end - info->iterations) / 2 : (1 + SG_SPATIAL) * SG_RAISING;
-    const int last = info->iterations + sg_budget(info, end, wish);
     int status = SG_K(NOT_CONVERGED);
-    real reached = again ? w->raised : SG_C(-1.0); /* the largest factor solved so far */
-    real step = again ? w->raise_step : SG_C(1.0);
-    if (again) {
+    int turn;
+    for (turn = 0; turn < SG_LAST_TURNS && info->iterations < end; ++turn) {
+        ++info->iterations;
+        if (!sg_central(w, par, opt, problem, turn)) {
+            sg_cold_start(w, problem);
+            continue;
+        }
+        sg_copy(pr->n_x, &w->x[pr->x], w->x_kept);
+        sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_kept);
+        status = sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
+        if (status == SG_K(OK)) {
+            return status;
+        }
         sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
         sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
     }
-    while (info->iterations < last && reached < SG_C(1.0) && step > SG_C(0.0078125)) {
-        const real goal = reached < SG_C(0.0) ? SG_C(0.0) : reached + step;
-        w->friction = goal < SG_C(1.0) ? goal : SG_C(1.0);
-        status = sg_newton(w, par, opt, problem,
-                           sg_budget(info, last, reached < SG_C(0.0) ? SG_PLAIN : 6), 1,
-                           &info->iterations, measure);
-        if (status == SG_K(OK)) {
-            step = reached < SG_C(0.0) ? SG_C(0.5) : SG_C(2.0) * step;
-            reached = w->friction;
-            sg_copy(pr->n_x, &w->x[pr->x], w->x_kept);
-            sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_kept);
-        } else if (reached < SG_C(0.0)) {
-            break;
-        } else {
-            step = SG_C(0.5) * (w->friction - reached);
-            sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
-            sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
-        }
-    }
-    w->friction = SG_C(1.0);
-    w->raised = reached;
-    w->raise_step = step;
-    return reached < SG_C(1.0) ? SG_K(NOT_CONVERGED) : status;
+    return status;
 }
 
-enum { SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_RAISE, SG_FOLLOW_ON, SG_ATTEMPTS };
+enum { SG_HOLD, SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_FOLLOW_ON, SG_CENTER, SG_ATTEMPTS };
 
 /* How much is tried: in a substep, for a whole step, for a whole step once substeps have failed. */
 enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
 
-/* Solve one problem: from the warm start if there is one, from a cold start, along the path, with
-   raised friction; in a substep along one path at most. The last time the problem that failed is,
-   in space, raised further, and followed along more paths. No attempt begins once info.iterations
-   has reached `end`. */
+/* 1 if an attempt belongs to the effort: paths in the plane, central paths in space, in a substep
+   one path at most; the last time contacts that hold, too, in the problem that failed or that it
+   follows, and in the first of these nothing that was tried before. */
+static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
+    const int stuck = effort == SG_LAST && problem == w->stuck;
+    const int ahead = effort == SG_LAST && problem + 1 == w->stuck && sg_problems[w->stuck].follows;
+    switch (attempt) {
+        case SG_HOLD:
+            return stuck || ahead;
+        case SG_WARM_START:
+            return warm && !stuck;
+        case SG_FOLLOW_ON:
+            return !SG_SPATIAL && effort != SG_SUBSTEP;
+        case SG_CENTER:
+            return SG_SPATIAL && effort != SG_SUBSTEP;
+        default:
+            return !stuck;
+    }
+}
+
+/* Solve one problem: from the warm start if there is one, from a cold start, along paths. No
+   attempt begins once info.iterations has reached `end`. */
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                     const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
                     int end) {
+    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
     const int last = effort == SG_LAST && problem == w->stuck;
-    const int again = last && SG_SPATIAL && w->raised > SG_C(0.0);
-    const int first = again ? SG_RAISE : last ? SG_FOLLOW_ON : warm ? SG_WARM_START : SG_COLD_START;
-    const int more = last || (effort == SG_WHOLE && !SG_SPATIAL);
-    const int attempts = more ? SG_ATTEMPTS : effort == SG_WHOLE ? SG_FOLLOW_ON : SG_RAISE;
     /* before substeps only the first half of the iterations goes into more paths */
     const int half = opt->max_iterations / 2;
-    const int on = last || end < half ? end : half;
+    const int on = effort == SG_WHOLE && opt->max_halvings > 0 && half < end ? half : end;
     int attempt;
     w->lenient = last;
-    w->friction = SG_C(1.0);
+    w->careful = last;
     sg_prox_parameters(w, opt, problem);
-    for (attempt = first; attempt < attempts && status != SG_K(OK) && info->iterations < end;
+    for (attempt = SG_HOLD; attempt < SG_ATTEMPTS && status != SG_K(OK) && info->iterations < end;
          ++attempt) {
         const int before = status;
-        w->careful = last || attempt != first;
+        if (!sg_is_tried(w, problem, attempt, warm, effort)) {
+            continue;
+        }
         if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {
             sg_cold_start(w, problem);
         }
         sg_leave_out(w, problem);
-        if (attempt == SG_FOLLOW) {
+        if (attempt == SG_HOLD) {
+            ++info->iterations;
+            sg_hold(w, par, opt, problem);
+            status = sg_land(w, par, opt, info, problem, SG_HOLDING, end, &measure);
+        } else if (attempt == SG_FOLLOW) {
             status = sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
                                end, &measure);
         } else if (attempt == SG_FOLLOW_ON) {
             status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
-        } else if (attempt == SG_RAISE) {
-            status = sg_raise(w, par, opt, info, problem, again, end, &measure);
+        } else if (attempt == SG_CENTER) {
+            status = sg_center(w, par, opt, info, problem, end, &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);
         }
+        w->careful = 1;
         if (status == SG_K(NOT_CONVERGED)) {
             status = before; /* singular or not finite says more */
         }
-        if (status == SG_K(OK)) {
-            info->rescues |= attempt == SG_FOLLOW || attempt == SG_FOLLOW_ON ? SG_PATH
-                             : attempt == SG_RAISE                           ? SG_RAISED
-                             : attempt == SG_COLD_START && warm              ? SG_COLD
-                                                                             : 0;
+        if (status == SG_K(OK) && (warm || attempt != SG_COLD_START)) {
+            info->rescues |= rescue[attempt];
         }
     }
     if (status == SG_K(OK) && w->deficiency > 0) {

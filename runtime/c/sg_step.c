@@ -243,15 +243,15 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     }
     w->trial = *s;
     w->stuck = -1;
-    w->raised = SG_C(-1.0);
     for (j = 0; j < SG_NU; ++j) {
         w->u[j] = u[j];
     }
     while (done < rest) {
         const real t = s->t + h * ((real)done / (real)rest);
-        /* While the step is whole a quarter of the iterations is kept for substeps. */
+        /* A quarter of the iterations is kept for substeps, a fifth for the whole step again. */
         const int total = opt->max_iterations;
-        const int end = effort == SG_WHOLE && opt->max_halvings > 0 ? total - total / 4 : total;
+        const int kept = effort == SG_WHOLE ? total / 4 : effort == SG_SUBSTEP ? total / 5 : 0;
+        const int end = opt->max_halvings > 0 ? total - kept : total;
         const int status = sg_attempt(w, &w->trial, par, opt, info, t,
                                       h * ((real)stride / (real)rest), effort, end);
         if (status == SG_K(OK)) {

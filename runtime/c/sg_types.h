@@ -26,9 +26,9 @@ typedef struct {
     sg_rows B, C, C_radius;
 } sg_problem;
 
-enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };   /* kind of a percussion row */
-enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };   /* info.percussions */
-enum { SG_COLD = 1, SG_RAISED = 2, SG_PATH = 4 }; /* info.rescues */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };         /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };         /* info.percussions */
+enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4 }; /* info.rescues */
 
 static const sg_contact sg_contacts[] = {SG_CONTACT_TABLE};
 static const sg_slip sg_slips[] = {SG_SLIP_TABLE};

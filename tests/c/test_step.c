@@ -149,7 +149,6 @@ static void test_contact_rows(void) {
     int iterations = 0;
     double measure = 0.0;
     /* a negative percussion has the radius 0: the friction row asks for no friction */
-    w->friction = 1.0;
     sg_prox_parameters(w, &opt, 0);
     w->x[1] = w->x[4] = w->x[7] = -1.0; /* into the plane, so that the contact counts as closed */
     w->lambda[R_N1] = -1.0;

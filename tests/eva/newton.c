@@ -25,7 +25,6 @@ int main(void) {
     any(SG_NU, work.u, 1e3);
     any(SG_NX_TOTAL, work.x, 1e3);
     any(SG_NL_TOTAL, work.lambda, 1e3);
-    work.friction = Frama_C_double_interval(0.0, 1.0);
     work.careful = Frama_C_interval(0, 1);
     m_start(&work, &par);
     if (!sg_masses(&work)) {
