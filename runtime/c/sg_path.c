@@ -111,7 +111,8 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
             w->cell[a * m + b] = w->S[w->reduced[b] * n + row];
         }
         w->cell[a * m + a] += sg_softness(w, n, row);
-        w->root_scale[a] = sg_root_mass(w, row);
+        /* gaps and velocities in one unit, so that a change of units changes no pivot */
+        w->root_scale[a] = w->r_auto[row] / sg_root_mass(w, row);
     }
     for (b = 0; b < m; ++b) {
         const int row = w->reduced[b];

@@ -140,7 +140,8 @@ static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * op
             const int f = base + SG_SLIP + contact->friction;
             int closed = sg_joins(w, pr, k);
             if (contact->normal >= 0) {
-                closed = closed && !(w->y[normal] > SG_BAND * w->gap_floor[normal % SG_ROWS]);
+                closed =
+                    closed && !(w->r_auto[normal] * w->y[normal] > SG_BAND * w->phi_floor[normal]);
                 w->kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
             }
             for (d = 0; d < contact->components; ++d) {
@@ -162,12 +163,14 @@ static int sg_into_cones(SG(work) * w, const sg_problem *pr) {
             const sg_contact *contact = &sg_contacts[k];
             const int normal = SG_NORMAL + contact->normal;
             const int f = SG_SLIP + contact->friction;
-            const real mu = SG_C(0.984375) * w->mu[k];
             const int sticks = contact->normal >= 0 && contact->components > 0 &&
                                w->kind[base + normal] == SG_ROW_FREE &&
                                w->kind[base + f] == SG_ROW_FREE;
-            const real size = sg_norm(contact->components, &lambda[f]);
-            if (sticks && size > w->mu[k] * lambda[normal]) {
+            /* a percussion of friction that weighs as much as a unit of the normal one */
+            const real unit = sticks ? sg_root_mass(w, f) / sg_root_mass(w, normal) : SG_C(1.0);
+            const real mu = SG_C(0.984375) * w->mu[k] / unit;
+            const real size = sticks ? sg_norm(contact->components, &lambda[f]) / unit : SG_C(0.0);
+            if (sticks && unit * size > w->mu[k] * lambda[normal]) {
                 const real push =
                     sg_max(lambda[normal] + mu * size, SG_C(0.0)) / (SG_C(1.0) + mu * mu);
                 lambda[normal] = push;
@@ -249,7 +252,7 @@ enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
 
 /* 1 if an attempt belongs to the effort: paths in the plane, central paths in space, in a substep
    one path at most; the last time contacts that hold, too, in the problem that failed or that it
-   follows, and in the first of these nothing that was tried before. */
+   follows, and in the first of these only more paths. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
     const int stuck = effort == SG_LAST && problem == w->stuck;
     const int ahead = effort == SG_LAST && problem + 1 == w->stuck && sg_problems[w->stuck].follows;
@@ -276,9 +279,9 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
     const int last = effort == SG_LAST && problem == w->stuck;
-    /* before substeps only the first half of the iterations goes into more paths */
+    /* of the first half of the iterations something is left for what comes after more paths */
     const int half = opt->max_iterations / 2;
-    const int on = effort == SG_WHOLE && opt->max_halvings > 0 && half < end ? half : end;
+    const int on = effort == SG_WHOLE && half < end ? half : end;
     int attempt;
     w->lenient = last;
     w->careful = last;

@@ -248,7 +248,8 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     }
     while (done < rest) {
         const real t = s->t + h * ((real)done / (real)rest);
-        /* A quarter of the iterations is kept for substeps, a fifth for the whole step again. */
+        /* The whole step may take three quarters of the iterations, substeps get as far as four
+           fifths; a fifth is kept for the whole step again. */
         const int total = opt->max_iterations;
         const int kept = effort == SG_WHOLE ? total / 4 : effort == SG_SUBSTEP ? total / 5 : 0;
         const int end = opt->max_halvings > 0 ? total - kept : total;
