@@ -138,7 +138,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("iterations not bounded", SOLVE, "return left < wish ? left : wish;", "return wish + 0 * left;"),
     Mutant("no path is followed", SOLVE, "if (!sg_path(w, par, opt, problem, turn)) {", "if (1 || !sg_path(w, par, opt, problem, turn)) {"),
     Mutant("friction along the slip on a central path", CENTRAL, "lambda[row] + radius * slip[d] / size", "lambda[row] - radius * slip[d] / size"),
-    Mutant("a central path turns round", CENTRAL, "(agree < SG_C(0.0) ? SG_C(-1.0) : SG_C(1.0)) / length", "(agree < SG_C(0.0) ? SG_C(1.0) : SG_C(-1.0)) / length"),
+    Mutant("folds of a central path ignored", CENTRAL, "(agree < SG_C(0.0) ? SG_C(-1.0) : SG_C(1.0)) / length", "(agree < SG_C(2.0) * length ? SG_C(-1.0) : SG_C(1.0)) / length"),
     Mutant("gaps of a central path pull", CENTRAL, "lambda[normal] - SG_C(0.5) * (z + size)", "lambda[normal] - SG_C(0.5) * (z - size)"),
     Mutant("a central path does not know how wide gaps are", CENTRAL, "scale * (w->ratio[normal] * share -", "scale * (-w->ratio[normal] * share -"),
     Mutant("a central path ends far from the laws", CENTRAL, "if (e < end) {", "if (e < SG_CENTRAL_START) {"),

@@ -403,6 +403,7 @@ static void test_ends(void) {
         draw_unknowns(0);
         ENSURE(sg_newton(&work, &bad, &opt, 0, 5, 0, &iterations, &measure) == M_SINGULAR);
         ENSURE(!sg_path(&work, &bad, &opt, 0, 0));
+        ENSURE(!sg_central(&work, &bad, &opt, 0, 0));
     }
     /* masses: not finite, singular, without a diagonal */
     open_step(0.01);
@@ -637,6 +638,24 @@ static void test_central_rows(void) {
                     ENSURE(fabs(slope - jacobian[a * n + b]) <= 1e-4 * (fabs(slope) + unit));
                 }
                 lambda[b] = kept;
+            }
+            if (n > 0) {
+                /* the path ends where no directions, no stride, no numbers are left */
+                double stride = 0.1 * SG_CENTRAL_SHORT;
+                double at = e;
+                work.directions = 0;
+                ENSURE(!sg_central_directions(&work, pr, lambda, e));
+                work.directions = 2;
+                sg_copy(n, lambda, work.lambda_old);
+                ENSURE(!sg_central_correct(&work, pr, 1.0, -1.0, &at) && work.directions == 2);
+                work.directions = 9;
+                ENSURE(!sg_central_stride(&work, pr, 1.0, -1.0, &stride, &at) && at == e);
+                ENSURE(!sg_central_directions(&work, pr, lambda, NAN));
+                work.phi[0] = 1e300;
+                sg_copy(n, lambda, work.lambda_old);
+                (void)sg_central_correct(&work, pr, 1.0, -1.0, &at);
+                sg_fill(SG_NC, 0.0, work.percussion_scale);
+                ENSURE(!sg_central_scales(&work, pr, 0));
             }
         }
     }
