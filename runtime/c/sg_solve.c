@@ -307,7 +307,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                                end, &measure);
         } else if (attempt == SG_FOLLOW_ON) {
             status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
-        } else if (attempt == SG_CENTER) {
+        } else if (SG_SPATIAL && attempt == SG_CENTER) { /* no code where it is not needed */
             status = sg_center(w, par, opt, info, problem, end, &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
