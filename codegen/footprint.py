@@ -6,7 +6,7 @@ from signorini.codegen.layout import Struct
 
 _INT = 4
 _POINTER = 8
-DIRECTIONS = 1600  # at most, of a central path: SG_CENTRAL of sg_real.h
+DIRECTIONS = 1600  # at most, of a central path
 
 
 @dataclass(frozen=True)

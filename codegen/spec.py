@@ -14,6 +14,7 @@ from signorini.codegen.derive import Derivation
 from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.errors import GenerationError
 from signorini.codegen.footprint import (
+    DIRECTIONS,
     Footprint,
     flash_bound,
     iteration_bound,
@@ -181,6 +182,11 @@ class EmitSpec:
     def slips(self) -> tuple[tuple[int, int], ...]:
         """Contact and component of every slip row."""
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
+    def directions(self) -> int:
+        """Most directions of a central path."""
+        return DIRECTIONS
 
     @property
     def max_iterations(self) -> int:

@@ -57,9 +57,8 @@ static void sg_central_friction(SG(work) * w, int n, const real *lambda, real e,
                  : sg_max(w->radius[base / SG_ROWS * SG_NB + contact->bound], SG_C(0.0));
     for (d = 0; d < contact->components; ++d) {
         const int row = f + d;
-        w->rhs[row] = lambda[row] + radius * slip[d] / size;
+        w->rhs[row] += radius * slip[d] / size;
         w->solution[row] = -radius * slip[d] / size * (soft / size) * (scale / size);
-        w->cell[row * n + row] += SG_C(1.0);
         if (contact->normal >= 0) {
             w->cell[row * n + normal] += w->mu[k] * slip[d] / size;
         }
@@ -74,7 +73,7 @@ static void sg_central_friction(SG(work) * w, int n, const real *lambda, real e,
    w->cell. */
 static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *lambda, real e) {
     const int n = pr->n_slots * SG_NC;
-    int slot, c, d, k;
+    int slot, c, k;
     sg_copy(n, w->phi, w->tau);
     sg_path_rows(w, n, lambda, w->tau);
     sg_fill(n * n, SG_C(0.0), w->cell);
@@ -87,12 +86,12 @@ static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *lamb
                 sg_central_add(w, n, c, c, w->r_auto[c]);
             } else {
                 w->rhs[c] = lambda[c];
+                w->cell[c * n + c] = SG_C(1.0);
             }
         }
         for (k = 0; k < SG_NK; ++k) {
             const int joins = sg_joins(w, pr, k);
             const int normal = base + SG_NORMAL + sg_contacts[k].normal;
-            const int f = base + SG_SLIP + sg_contacts[k].friction;
             if (joins && sg_contacts[k].normal >= 0) {
                 const real scale = w->tau_z[normal];
                 const real soft = e * scale;
@@ -100,24 +99,13 @@ static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *lamb
                 const real z = lambda[normal] - gap;
                 const real size = SG_SQRT(z * z + SG_C(4.0) * soft * soft);
                 const real share = SG_C(0.5) * (SG_C(1.0) + z / size);
-                w->rhs[normal] = lambda[normal] - SG_C(0.5) * (z + size);
+                w->rhs[normal] -= SG_C(0.5) * (z + size);
                 w->solution[normal] = scale * (w->ratio[normal] * share - SG_C(2.0) * soft / size);
-                w->cell[normal * n + normal] += SG_C(1.0) - share;
+                w->cell[normal * n + normal] -= share;
                 sg_central_add(w, n, normal, normal, share * w->r_auto[normal]);
-            } else if (sg_contacts[k].normal >= 0) {
-                w->cell[normal * n + normal] = SG_C(1.0);
             }
             if (joins && sg_rubbing(w, k) > 0) {
                 sg_central_friction(w, n, lambda, e, base, k);
-            } else {
-                for (d = 0; d < sg_contacts[k].components; ++d) {
-                    w->cell[(f + d) * n + f + d] = SG_C(1.0);
-                }
-            }
-        }
-        for (c = base; c < base + SG_NORMAL; ++c) {
-            if (!sg_takes_part(pr, slot, c - base)) {
-                w->cell[c * n + c] = SG_C(1.0);
             }
         }
     }
@@ -229,17 +217,14 @@ static int sg_central_correct(SG(work) * w, const sg_problem *pr, real unit, rea
     return 0;
 }
 
-/* Contact states and the unknowns at the end of the path. */
-static void sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
-    const int n = pr->n_slots * SG_NC;
-    real *lambda = &w->lambda[pr->lambda];
-    int slot, a, c, d, k, i;
+/* Contact states at the end of the path, and the unknowns there. */
+static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
+    int slot, c, d, k;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
-        for (c = 0; c < SG_NORMAL; ++c) {
-            const int part = sg_takes_part(pr, slot, c);
-            w->kind[base + c] = part ? SG_ROW_FREE : SG_ROW_ZERO;
-            w->dlambda[base + c] = part ? w->dlambda[base + c] : SG_C(0.0);
+        sg_bilateral_kinds(w, pr, slot);
+        for (c = base; c < base + SG_NORMAL; ++c) {
+            w->dlambda[c] = w->kind[c] == SG_ROW_FREE ? w->dlambda[c] : SG_C(0.0);
         }
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];
@@ -263,16 +248,7 @@ static void sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
             }
         }
     }
-    for (a = 0; a < n; ++a) {
-        const real step = w->dlambda[a] - lambda[a];
-        lambda[a] = w->dlambda[a];
-        for (i = 0; i < pr->n_x; ++i) {
-            w->dx[i] -= w->Z[a * pr->n_border + i] * step;
-        }
-    }
-    for (i = 0; i < pr->n_x; ++i) {
-        w->x[pr->x + sg_table[pr->K.order + i]] += w->dx[i];
-    }
+    return sg_path_arrive(w, pr);
 }
 
 /* One stride along the tangent and back to the path; the stride is halved until that succeeds.
@@ -315,7 +291,7 @@ static int sg_central(SG(work) * w, const SG(params) * par, const SG(options) * 
     real stride = SG_C(0.5);
     real along = SG_C(-1.0); /* rate of the logarithm of e */
     real end = SG_CENTRAL_END;
-    w->directions = SG_CENTRAL;
+    w->directions = SG_DIRECTIONS;
     if (!sg_linearise(w, par, opt, problem) || !sg_central_scales(w, pr, turn) ||
         !sg_central_begin(w, pr, e)) {
         return 0;
@@ -329,8 +305,7 @@ static int sg_central(SG(work) * w, const SG(params) * par, const SG(options) * 
             return 0;
         }
         if (e < end) {
-            sg_central_arrive(w, pr, e);
-            return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, &w->lambda[pr->lambda]);
+            return sg_central_arrive(w, pr, e);
         }
         if (end > SG_CENTRAL_END || e > SG_CENTRAL_FAR || unit > SG_CENTRAL_FAR) {
             return 0;

@@ -43,6 +43,33 @@ static int sg_rubbing(const SG(work) * w, int k) {
     return contact->normal < 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
 }
 
+/* Bilateral rows of a slot push if they take part. */
+static void sg_bilateral_kinds(SG(work) * w, const sg_problem *pr, int slot) {
+    int c;
+    for (c = 0; c < SG_NORMAL; ++c) {
+        w->kind[slot * SG_NC + c] = sg_takes_part(pr, slot, c) ? SG_ROW_FREE : SG_ROW_ZERO;
+    }
+}
+
+/* Move the unknowns to the percussions in w->dlambda, in the linearised problem. Returns 0 if they
+   are not finite there. */
+static int sg_path_arrive(SG(work) * w, const sg_problem *pr) {
+    const int n = pr->n_slots * SG_NC;
+    real *lambda = &w->lambda[pr->lambda];
+    int a, i;
+    for (a = 0; a < n; ++a) {
+        const real step = w->dlambda[a] - lambda[a];
+        lambda[a] = w->dlambda[a];
+        for (i = 0; i < pr->n_x; ++i) {
+            w->dx[i] -= w->Z[a * pr->n_border + i] * step;
+        }
+    }
+    for (i = 0; i < pr->n_x; ++i) {
+        w->x[pr->x + sg_table[pr->K.order + i]] += w->dx[i];
+    }
+    return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, lambda);
+}
+
 /* Start of the path: contacts open, friction elements slipping; w->ratio receives d. */
 static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
     const int n = pr->n_slots * SG_NC;
@@ -54,9 +81,7 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
-        for (c = 0; c < SG_NORMAL; ++c) {
-            w->kind[base + c] = sg_takes_part(pr, slot, c) ? SG_ROW_FREE : SG_ROW_ZERO;
-        }
+        sg_bilateral_kinds(w, pr, slot);
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int f = SG_SLIP + contact->friction;
@@ -419,7 +444,6 @@ static int sg_path(SG(work) * w, const SG(params) * par, const SG(options) * opt
     const sg_problem *pr = &sg_problems[problem];
     const int n = pr->n_slots * SG_NC;
     const int limit = 8 * pr->n_slots * SG_NK + 16;
-    real *lambda = &w->lambda[pr->lambda];
     real way = SG_C(-1.0);
     sg_event event = {0, -1, SG_OPENS, SG_C(0.0)};
     real tau;
@@ -453,17 +477,7 @@ static int sg_path(SG(work) * w, const SG(params) * par, const SG(options) * opt
             w->tau[a] += way * next.at * w->tau_z[a];
         }
         if (arrived) {
-            for (a = 0; a < n; ++a) {
-                const real step = w->dlambda[a] - lambda[a];
-                lambda[a] = w->dlambda[a];
-                for (i = 0; i < pr->n_x; ++i) {
-                    w->dx[i] -= w->Z[a * pr->n_border + i] * step;
-                }
-            }
-            for (i = 0; i < pr->n_x; ++i) {
-                w->x[pr->x + sg_table[pr->K.order + i]] += w->dx[i];
-            }
-            return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, lambda);
+            return sg_path_arrive(w, pr);
         }
         sg_path_change(w, &next, way);
         if (next.what == SG_OPENS) {

@@ -53,13 +53,12 @@ typedef SG(real) real;
 #define SG_LAST_TURNS 24
 
 /* Central path: the smoothing where it begins; how much wider gaps are; percussions that lead
-   nowhere, in units of their scales; the shortest stride; directions of one path, corrections of
-   one stride. */
+   nowhere, in units of their scales; the shortest stride; rounds to find its beginning, corrections
+   of one stride. */
 #define SG_CENTRAL_START SG_C(16.0)
 #define SG_WIDER SG_C(4.0)
 #define SG_CENTRAL_FAR SG_C(1.0e6)
 #define SG_CENTRAL_SHORT SG_C(1.0e-5)
-#define SG_CENTRAL 1600
 #define SG_CENTRAL_BEGIN 20
 #define SG_CENTRAL_CORRECT 5
 

@@ -126,14 +126,12 @@ static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, 
 /* Guess that contacts that touch at the start stick and hold everything. */
 static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    int slot, c, d, k;
+    int slot, d, k;
     sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
     sg_evaluate(w, par, opt, problem);
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_NC;
-        for (c = 0; c < SG_NORMAL; ++c) {
-            w->kind[base + c] = sg_takes_part(pr, slot, c) ? SG_ROW_FREE : SG_ROW_ZERO;
-        }
+        sg_bilateral_kinds(w, pr, slot);
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int normal = base + SG_NORMAL + contact->normal;
@@ -221,8 +219,8 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
 }
 
 /* The same along central paths, each linearised where the one before ended. */
-static int sg_center(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                     int problem, int end, real *measure) {
+static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                             SG(info) * info, int problem, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     int status = SG_K(NOT_CONVERGED);
@@ -245,7 +243,15 @@ static int sg_center(SG(work) * w, const SG(params) * par, const SG(options) * o
     return status;
 }
 
-enum { SG_HOLD, SG_WARM_START, SG_COLD_START, SG_FOLLOW, SG_FOLLOW_ON, SG_CENTER, SG_ATTEMPTS };
+enum {
+    SG_HOLD,
+    SG_WARM_START,
+    SG_COLD_START,
+    SG_FOLLOW,
+    SG_FOLLOW_ON,
+    SG_FOLLOW_CENTRAL,
+    SG_ATTEMPTS
+};
 
 /* How much is tried: in a substep, for a whole step, for a whole step once substeps have failed. */
 enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
@@ -263,7 +269,7 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
             return warm && !stuck;
         case SG_FOLLOW_ON:
             return !SG_SPATIAL && effort != SG_SUBSTEP;
-        case SG_CENTER:
+        case SG_FOLLOW_CENTRAL:
             return SG_SPATIAL && effort != SG_SUBSTEP;
         default:
             return !stuck;
@@ -307,8 +313,9 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                                end, &measure);
         } else if (attempt == SG_FOLLOW_ON) {
             status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
-        } else if (SG_SPATIAL && attempt == SG_CENTER) { /* no code where it is not needed */
-            status = sg_center(w, par, opt, info, problem, end, &measure);
+        } else if (SG_SPATIAL &&
+                   attempt == SG_FOLLOW_CENTRAL) { /* no code where it is not needed */
+            status = sg_follow_central(w, par, opt, info, problem, end, &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);
