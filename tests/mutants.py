@@ -130,6 +130,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),
     # paths and other rescues
     Mutant("friction along the slip on a path", PATH, "lambda[f + d] = -w->mu[k] * w->slip[f + d] *", "lambda[f + d] = w->mu[k] * w->slip[f + d] *"),
+    Mutant("velocities move against the percussions of a path", PATH, "w->dx[i] -= w->Z[a * pr->n_border + i] * step;", "w->dx[i] += w->Z[a * pr->n_border + i] * step;"),
     Mutant("folds of a path ignored", PATH, "way = sg_path_way(w, &event);", "way = SG_C(-1.0);"),
     Mutant("a path leaves the cone on its far side", PATH, "return first < second ? first : second;", "return first < second ? second : first;"),
     Mutant("a path ends before tau is zero", PATH, "arrived = way < SG_C(0.0) && next.at >= tau;", "arrived = way < SG_C(0.0);"),

@@ -600,6 +600,28 @@ static void check_linear_laws(int problem, double tolerance, int turns) {
     }
 }
 
+/* The unknowns that a path from those in `from` led to satisfy the linearised smooth rows, too. */
+static void check_linear_rows(int problem, const m_work *from) {
+    static double dx[SG_NX_TOTAL], dlambda[ROWS];
+    const sg_problem *pr = &sg_problems[problem];
+    double size = 1.0;
+    int i, k;
+    for (i = 0; i < pr->n_x; ++i) {
+        const int unknown = pr->x + sg_table[pr->K.order + i];
+        dx[i] = work.x[unknown] - from->x[unknown];
+        size = fmax(size, fabs(dx[i]));
+    }
+    for (k = 0; k < pr->n_slots * SG_NC; ++k) {
+        dlambda[k] = work.lambda[pr->lambda + k] - from->lambda[pr->lambda + k];
+        size = fmax(size, fabs(dlambda[k]));
+    }
+    for (i = 0; i < pr->n_x; ++i) {
+        const double sum =
+            work.r[sg_table[pr->K.order + i]] + smooth_row(&work, pr, i, dx, dlambda);
+        ENSURE(fabs(sum) <= 1e-9 * size);
+    }
+}
+
 /* Derivatives of the smoothed rows against difference quotients. */
 static void test_central_rows(void) {
     static double lambda[ROWS], rows[ROWS], by_e[ROWS], jacobian[ROWS * ROWS];
@@ -675,9 +697,11 @@ static void test_central_paths(void) {
             double measure = 0.0;
             sg_cold_start(&work, problem);
             sg_leave_out(&work, problem);
+            other = work;
             if (SG_NC > 0 && sg_central(&work, &par, &opt, problem, trial % 3)) {
                 ++followed;
                 check_linear_laws(problem, 1e-2, 1);
+                check_linear_rows(problem, &other);
                 solved +=
                     sg_newton(&work, &par, &opt, problem, 8, 0, &iterations, &measure) == M_OK;
             }
@@ -707,9 +731,11 @@ static void test_paths_and_rescues(void) {
             double measure = 0.0;
             sg_cold_start(&work, problem);
             sg_leave_out(&work, problem);
+            other = work;
             if (sg_path(&work, &par, &opt, problem, trial % 3)) {
                 ++followed;
                 check_linear_laws(problem, 1e-7, 0);
+                check_linear_rows(problem, &other);
                 sg_settle(&work, &par, &opt, problem, SG_HELD, &iterations);
                 ENSURE(iterations <= SG_HELD);
             }
