@@ -218,14 +218,14 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
     return status;
 }
 
-/* The same along central paths, each linearised where the one before ended. */
+/* The same along at most `turns` central paths, each linearised where the one before ended. */
 static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info, int problem, int end, real *measure) {
+                             SG(info) * info, int problem, int turns, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_lambda = pr->n_slots * SG_NC;
     int status = SG_K(NOT_CONVERGED);
     int turn;
-    for (turn = 0; turn < SG_LAST_TURNS && info->iterations < end; ++turn) {
+    for (turn = 0; turn < turns && info->iterations < end; ++turn) {
         ++info->iterations;
         if (!sg_central(w, par, opt, problem, turn)) {
             sg_cold_start(w, problem);
@@ -253,24 +253,24 @@ enum {
     SG_ATTEMPTS
 };
 
-/* How much is tried: in a substep, for a whole step, for a whole step once substeps have failed. */
-enum { SG_SUBSTEP, SG_WHOLE, SG_LAST };
+/* How much is tried: for a whole step, for it again once that failed, in a substep. */
+enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
 
 /* 1 if an attempt belongs to the effort: paths in the plane, central paths in space, in a substep
-   one path at most; the last time contacts that hold, too, in the problem that failed or that it
-   follows, and in the first of these only more paths. */
+   few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
-    const int stuck = effort == SG_LAST && problem == w->stuck;
-    const int ahead = effort == SG_LAST && problem + 1 == w->stuck && sg_problems[w->stuck].follows;
+    const int stuck = effort == SG_AGAIN && problem == w->stuck;
+    const int ahead =
+        effort == SG_AGAIN && problem + 1 == w->stuck && sg_problems[w->stuck].follows;
     switch (attempt) {
         case SG_HOLD:
             return stuck || ahead;
         case SG_WARM_START:
             return warm && !stuck;
         case SG_FOLLOW_ON:
-            return !SG_SPATIAL && effort != SG_SUBSTEP;
+            return !SG_SPATIAL && effort != SG_SUBSTEP && !stuck;
         case SG_FOLLOW_CENTRAL:
-            return SG_SPATIAL && effort != SG_SUBSTEP;
+            return SG_SPATIAL && !stuck;
         default:
             return !stuck;
     }
@@ -284,7 +284,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
-    const int last = effort == SG_LAST && problem == w->stuck;
+    const int last = effort == SG_AGAIN && problem == w->stuck;
     /* of the first half of the iterations something is left for what comes after more paths */
     const int half = opt->max_iterations / 2;
     const int on = effort == SG_WHOLE && half < end ? half : end;
@@ -315,7 +315,9 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
             status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
         } else if (SG_SPATIAL &&
                    attempt == SG_FOLLOW_CENTRAL) { /* no code where it is not needed */
-            status = sg_follow_central(w, par, opt, info, problem, end, &measure);
+            status = sg_follow_central(w, par, opt, info, problem,
+                                       effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_LAST_TURNS, end,
+                                       &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);

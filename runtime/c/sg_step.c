@@ -174,6 +174,13 @@ static void sg_reset_info(SG(info) * info) {
     sg_fill(SG_NC, SG_C(0.0), info->P);
 }
 
+/* Report anew, but for the iterations. */
+static void sg_forget(SG(info) * info) {
+    const int used = info->iterations;
+    sg_reset_info(info);
+    info->iterations = used;
+}
+
 static void sg_reset_guess(SG(state) * s) {
     int k;
     sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x);
@@ -220,9 +227,6 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
              const SG(options) * opt, const real u[], real h) {
     const int rest = 1024; /* position in the step is counted in units of h / 1024 */
     int effort = SG_WHOLE;
-    int failure = SG_K(OK);
-    int stuck = -1; /* problem of the whole step that was not solved */
-    int used = 0;   /* iterations before what is reported */
     int done = 0;
     int level = 0;
     int stride = rest;
@@ -248,11 +252,13 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     }
     while (done < rest) {
         const real t = s->t + h * ((real)done / (real)rest);
-        /* The whole step may take three quarters of the iterations, substeps get as far as four
-           fifths; a fifth is kept for the whole step again. */
+        /* Of the iterations the whole step may take three fifths, with contacts said to hold it
+           gets as far as 17 twentieths; substeps may take what is left. */
         const int total = opt->max_iterations;
-        const int kept = effort == SG_WHOLE ? total / 4 : effort == SG_SUBSTEP ? total / 5 : 0;
-        const int end = opt->max_halvings > 0 ? total - kept : total;
+        const int part = effort == SG_WHOLE                            ? 12
+                         : effort == SG_AGAIN && opt->max_halvings > 0 ? 17
+                                                                       : 20;
+        const int end = total - total / 20 * (20 - part);
         const int status = sg_attempt(w, &w->trial, par, opt, info, t,
                                       h * ((real)stride / (real)rest), effort, end);
         if (status == SG_K(OK)) {
@@ -268,32 +274,18 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                     --level;
                 }
             }
-        } else if (status != SG_K(BAD_ARGUMENT) && effort != SG_LAST && level < opt->max_halvings) {
+        } else if (status == SG_K(NOT_CONVERGED) && effort == SG_WHOLE) {
+            effort = SG_AGAIN;
+            sg_forget(info);
+        } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
             if (level == 0) {
-                /* what is reported is of the substeps alone, but for the iterations */
-                stuck = w->stuck;
-                used = info->iterations;
-                sg_reset_info(info);
-                info->iterations = used;
+                sg_forget(info); /* what is reported is of the substeps alone */
             }
             effort = SG_SUBSTEP;
             stride /= 2;
             ++level;
-        } else if (status == SG_K(NOT_CONVERGED) && effort != SG_LAST &&
-                   info->iterations < opt->max_iterations) {
-            /* What is left of the iterations is spent on the whole step again. */
-            w->stuck = level == 0 ? w->stuck : stuck;
-            failure = status;
-            effort = SG_LAST;
-            used = info->iterations;
-            sg_reset_info(info);
-            info->iterations = used;
-            w->trial = *s;
-            stride = rest;
-            level = 0;
-            done = 0;
         } else {
-            info->status = effort == SG_LAST ? failure : status;
+            info->status = status;
             return info->status;
         }
     }

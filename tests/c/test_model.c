@@ -260,7 +260,7 @@ static void test_eliminations_agree(void) {
     }
 }
 
-/* The last attempt at a problem alone: contacts that hold, more paths. What it
+/* A problem tried again: contacts that hold. What it
    calls solved is as near as the checker asks for. */
 static void test_last_attempt(void) {
     int trial, again;
@@ -275,7 +275,7 @@ static void test_last_attempt(void) {
                 status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_WHOLE, 12);
                 ENSURE(info.iterations <= 12);
             }
-            status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_LAST, 120);
+            status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_AGAIN, 120);
             ENSURE(info.iterations <= 120);
             if (status == M_OK) {
                 real stall;
