@@ -30,6 +30,7 @@ from signorini.models import (
     hopper,
     painleve_rod,
     pendulum_with_wall,
+    prism_in_chute,
     rimless_wheel,
     rocking_block,
     sphere_on_incline,
@@ -458,6 +459,17 @@ def test_groove_carries_the_weight(stepper: Build) -> None:
     walls = {side: sum(traj[f"{side}_{k}.P_N"][-1] for k in range(4)) for side in ("left", "right")}
     assert walls["left"] == pytest.approx(G * dt / (2 * cos(alpha)), rel=1e-9)
     assert walls["right"] == pytest.approx(walls["left"], rel=1e-9)
+
+
+@pytest.mark.parametrize(("beta", "slides"), [(0.35, False), (0.45, True)])
+def test_prism_slides_along_the_chute(stepper: Build, beta: float, slides: bool) -> None:
+    """Slides iff tan(beta) > mu / cos(alpha) = 0.424, as fast as both walls allow."""
+    alpha, mu, t_end = pi / 4, 0.3, 0.2
+    traj = stepper(prism_in_chute.model).simulate(
+        t_end=t_end, dt=5e-3, q0=[0, 0.1, 0, 0], v0=[0, 0, 0, 0], parameters={"beta": beta}
+    )
+    speed = G * (sin(beta) - mu * cos(beta) / cos(alpha)) * t_end if slides else 0.0
+    np.testing.assert_allclose(traj.v[-1], [0, 0, speed, 0], rtol=0, atol=1e-8)
 
 
 def test_drawer_jams(stepper: Build) -> None:
