@@ -6,7 +6,7 @@ With mu tan(alpha) > 1 friction can hold it between the walls. Gravity is tilted
 chute.
 """
 
-from math import cos, pi, sin
+from math import cos, pi
 
 import signorini as sg
 import sympy as sp
