@@ -152,6 +152,8 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a repeated exponential loses its sign", C, "return sp.exp(rest if factor > 0 else -rest), int(abs(factor))", "return sp.exp(rest), int(abs(factor))"),
     Mutant("a shared term is taken for another", "codegen/sharing.py", 'ca.SX.sym(f"at->common[{i}]")', 'ca.SX.sym(f"at->common[{0 * i}]")'),
     Mutant("a product with a reciprocal loses the divisor", G, 'self._add(Node("inv", (args[1],)))', 'self._constant(1.0)'),
+    Mutant("no iterations kept for substeps", STEP, "effort == SG_AGAIN && opt->max_halvings > 0 ? 17", "effort == SG_SUBSTEP ? 17"),
+    Mutant("the rescues of a given-up step stay", STEP, "    sg_reset_info(info);\n    info->iterations = used;", "    info->iterations = used;"),
     Mutant("contacts are never said to hold", STEP, "effort = SG_AGAIN;", "effort = SG_SUBSTEP;"),
     Mutant("a sift that rules out what pushes little", "stress/sift.c", "if (kind[j] != OPEN && R[j] < -slack) {", "if (kind[j] != OPEN && R[j] < slack + push / 2.0) {"),
 )  # fmt: skip

@@ -121,6 +121,36 @@ def test_contacts_that_hold_solve_a_step() -> None:
     assert np.all(np.abs(P_F) <= step.parameters["mu"] * P_N * (1 + 1e-9) + 1e-15)
 
 
+def test_substeps_may_use_up_the_iterations() -> None:
+    """A body turns in a groove: 170 of 200 iterations go into the whole step, in vain."""
+    step = {
+        "t": 0.13, "dt": 1e-2,
+        "q": [-0.0026193793411445126, 0.22007091253159197, 3.0450328440124683],
+        "v": [-0.5916150168974522, -1.4898431058230008, 16.94951125386399],
+        "parameters": {"alpha": 1.1391986827253082, "mu": 1.1021788851695653, "e_N": 0.5},
+    }  # fmt: skip
+    compiled = stepper_of("groove", 3)
+    with pytest.raises(sg.StepError):
+        compiled.step(**step, max_halvings=0)
+    found = compiled.step(**step)
+    assert found.substeps[-1] > 1
+    assert 170 < found.iterations[-1] <= 200
+    assert found.smallest_gap[-1] > -1e-11
+
+
+def test_substeps_report_themselves() -> None:
+    """What the whole step was rescued by before it was given up is not reported: the same body, its
+    first problem solved along a path, its substeps without any rescue."""
+    found = stepper_of("groove", 2).step(
+        t=0.07, dt=1e-2,
+        q=[-0.00035669940181217233, 0.14125478450900647, -1.5623792080200494],
+        v=[1.4704999033791482, -0.7987579485353671, -18.387274772722673],
+        parameters={"alpha": 0.9502729147561224, "mu": 0.981136269034693, "e_N": 0.5},
+    )  # fmt: skip
+    assert found.substeps[-1] == 2
+    assert found.rescues[-1] == 0
+
+
 @pytest.mark.parametrize("number", [9, 62])
 def test_central_paths_are_needed_in_space(number: int) -> None:
     """A table lands on five legs at once; the second path folds back on its way."""

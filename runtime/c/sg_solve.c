@@ -284,13 +284,13 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
-    const int last = effort == SG_AGAIN && problem == w->stuck;
+    const int stuck = effort == SG_AGAIN && problem == w->stuck;
     /* of the first half of the iterations something is left for what comes after more paths */
     const int half = opt->max_iterations / 2;
     const int on = effort == SG_WHOLE && half < end ? half : end;
     int attempt;
-    w->lenient = last;
-    w->careful = last;
+    w->lenient = stuck;
+    w->careful = stuck;
     sg_prox_parameters(w, opt, problem);
     for (attempt = SG_HOLD; attempt < SG_ATTEMPTS && status != SG_K(OK) && info->iterations < end;
          ++attempt) {

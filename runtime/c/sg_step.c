@@ -252,8 +252,8 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     }
     while (done < rest) {
         const real t = s->t + h * ((real)done / (real)rest);
-        /* Of the iterations the whole step may take three fifths, with contacts said to hold it
-           gets as far as 17 twentieths; substeps may take what is left. */
+        /* Twentieths of the iterations that may be used up: by the whole step, by it again with
+           contacts said to hold, by substeps. */
         const int total = opt->max_iterations;
         const int part = effort == SG_WHOLE                            ? 12
                          : effort == SG_AGAIN && opt->max_halvings > 0 ? 17
