@@ -10,7 +10,9 @@ from signorini.codegen.derive import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
 from signorini.codegen.scheme import Assembly, Point
 
-_LOCAL = frozenset({"t", "q", "v", "u", "par", "h", "R", "out", "at", "w", "real", "i_fill"})
+_LOCAL = frozenset(
+    {"t", "q", "v", "u", "par", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}
+)
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,17 @@ class FunctionWriter:
             f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc, at=point.after
         )
 
+    def of_place(self, name: str, column: ca.SX, equation: str) -> CFunction:
+        """A static function of t, q and parameters with a column of results."""
+        count = column.numel()
+        block = _Block(
+            equation,
+            tuple(f"out[{k}]" for k in range(count)),
+            tuple(column[k] for k in range(count)),
+            ("",) * count,
+        )
+        return self._write(name, ("t", "q", "par"), (block,), f"{self.real} out[]", ())
+
     def initial_state(self) -> CFunction:
         """The model's initial state as a function of its parameters."""
         data = self.d.data
@@ -253,7 +266,7 @@ class FunctionWriter:
         blocks: Sequence[_Block],
         out: str,
         shape: tuple[int, ...],
-        doc: tuple[str, ...],
+        doc: tuple[str, ...] = (),
         at: str = "",
     ) -> CFunction:
         real = self.real
@@ -265,6 +278,7 @@ class FunctionWriter:
             "par": f"const {self.prefix}_params *par",
             "h": f"{real} h",
             "R": f"const {real} R[]",
+            "terms": f"const {real} terms[]",
             "at": f"const {self.prefix}_{at} *at",
         }
         values = [v for b in blocks for v in b.values]
@@ -282,9 +296,10 @@ class FunctionWriter:
                 names[key] = text
                 used.add(argument)
         for key, s in symbols.items():
-            if at and s.name().startswith("at->"):
+            further = re.match(r"(at)->|(terms)\[", s.name())
+            if further:
                 names[key] = s.name()
-                used.add("at")
+                used.add(further[1] or further[2])
         missing = [s.name() for key, s in symbols.items() if key not in names]
         if missing:
             raise AssertionError(f"{name}: symbols {missing} are not arguments")

@@ -57,20 +57,22 @@ class _FullOrder(Lobatto):
         self.v_end = self.U[(s - 2) * n :]
         self.lam = column("w->lambda", s * n_R, n_R)
         self.carried = column("w->carried", self.n_gamma)
-        auxiliary = Point(
-            "auxiliary", ("t", "q", "v", "par"), {name: d[name] for name in ("p", "gamma", "g_dot")}
-        )
-        auxiliary_jacobian = Point(
-            "auxiliary_jacobian",
-            ("t", "q", "v", "par"),
-            {name: d[name] for name in ("p_q", "p_v", "gamma_q", "gamma_v", "g_dot_q", "g_dot_v")},
-        )
-        self.auxiliary, self.auxiliary_jacobian = share(auxiliary, auxiliary_jacobian)
+        self.auxiliary, self.auxiliary_jacobian = share(*self.others)
         self.forces = Point(
             "forces",
             ("t", "q", "v", "u", "par"),
             {name: d[name] for name in ("force", "g_rate", "gamma_rate")},
         )
+
+    def points(self) -> list[Point]:
+        """The same, and what is evaluated at the auxiliary velocities."""
+        arguments = ("t", "q", "v", "par")
+        derivatives = ("p_q", "p_v", "gamma_q", "gamma_v", "g_dot_q", "g_dot_v")
+        return [
+            *super().points(),
+            self.point("auxiliary", arguments, ("p", "gamma", "g_dot")),
+            self.point("auxiliary_jacobian", arguments, derivatives),
+        ]
 
     # --- percussions of the stages ---------------------------------------------------------------
 
@@ -104,6 +106,7 @@ class _FullOrder(Lobatto):
                     point,
                     (stage_time(self.tableau.c[i]), q, v, "par"),
                     f"&w->{point.name}[{i - 1}]",
+                    self.terms_at(i),
                     f"&w->auxiliary[{i - 1}]",
                 )
             )
@@ -149,6 +152,7 @@ class _FullOrder(Lobatto):
             (
                 self.stage_points(),
                 self.stage_percussions(),
+                *self.terms_calls(),
                 *self.stage_calls(self.stage),
                 *self.auxiliary_calls(self.auxiliary),
                 self.whole_values(),
@@ -179,6 +183,8 @@ class _FullOrder(Lobatto):
                 ("forces", "forces", 0),
             ),
             inertia=paper.inertia,
+            terms=self.terms,
+            recalls=True,
             start=(
                 *paper.start,
                 Call("forces", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->forces"),

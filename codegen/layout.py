@@ -76,6 +76,8 @@ class Sizes:
     n_C: int
     n_C_radius: int
     n_outputs: int
+    n_terms: int
+    n_key: int
     spatial: bool
 
 
@@ -110,6 +112,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_C=max(p.jacobian.C.size for p in scheme.problems),
         n_C_radius=max(p.jacobian.radius.size for p in scheme.problems),
         n_outputs=len(data.outputs),
+        n_terms=scheme.terms.values.numel(),
+        n_key=scheme.terms.key.numel() if scheme.recalls else 0,
         spatial=any(c.n_F == 2 for c in data.contacts),
     )
 
@@ -132,7 +136,7 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("active_set", "int", (), "ACTIVE_ANY_STAGE or ACTIVE_END, rule (67)"),
         Field("scaling", "int", (), "SCALING_ROWS or SCALING_NONE: tol is absolute"),
     )
-    state = (
+    state: tuple[Field, ...] = (
         Field("t", "real", (), "time"),
         Field("q", "real", (n.n_q,), "coordinates"),
         Field("v", "real", (n.n_q,), "velocities"),
@@ -152,6 +156,12 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("has_force", "int", (), "whether the forces below are known"),
         Field("carried", "real", (n.n_gamma,), "forces of the velocity constraints"),
     )
+    if n.n_key:
+        state += (
+            Field("has_terms", "int", (), "whether the terms below are known"),
+            Field("key", "real", (n.n_key,), "values of t, q and parameters that they belong to"),
+            Field("terms", "real", (n.n_terms,), "terms of (t, q) at the end of the last step"),
+        )
     info = (
         Field("status", "int", (), "status code of the step"),
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
@@ -213,6 +223,17 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
     )
 
 
+def _terms(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
+    if not n.n_terms:
+        return ()
+    if not scheme.recalls:
+        return (Field("terms", "real", (n.n_terms,), "terms of (t, q) at the middle"),)
+    return (
+        Field("key", "real", (n.n_key,), "values of t, q and parameters that terms depend on"),
+        Field("terms", "real", (n.stages - 1, n.n_terms), "terms of (t, q), the later stages"),
+    )
+
+
 def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, ...]:
     known = {p.name for p in points}
     places = tuple(
@@ -243,6 +264,7 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("exists", "int", (n.n_contacts,), "guard >= 0 at the start"),
         Field("active", "int", (n.n_contacts,), "closed at the end, (67)"),
         Field("no_R", "real", (n.n_R,), "zeros"),
+        *_terms(scheme, n),
         *places,
         Field("Q", "real", (n.stages, n.n_q), "positions at the stages"),
         Field("q_end", "real", (n.n_q,), "q_{n+1}"),

@@ -18,7 +18,7 @@ from signorini.codegen.scheme import (
     jacobian,
     restitution,
 )
-from signorini.codegen.sharing import share
+from signorini.codegen.sharing import share, terms_of_place
 from signorini.codegen.tableau import lobatto
 
 _STAGE_ROWS = ("g", "gamma", "g_N", "gamma_F")
@@ -54,41 +54,10 @@ class Lobatto:
         self.n = data.n_q
         self.n_b = data.n_g + data.n_gamma
         self.n_R = self.n_b + data.n_N + data.n_F
-        stage = Point(
-            "stage",
-            ("t", "q", "v", "u", "par", "h", "R"),
-            {name: d[name] for name in ("p", "F", *_STAGE_ROWS, "rho")},
-        )
-        stage_jacobian = Point(
-            "stage_jacobian",
-            ("t", "q", "v", "u", "par", "h", "R"),
-            {
-                name: d[name]
-                for name in (
-                    *("p_q", "p_v", "F_q", "F_v", "g_q", "gamma_q", "gamma_v"),
-                    *("g_N_q", "gamma_F_q", "gamma_F_v", "rho_q"),
-                )
-            },
-        )
+        self.terms, points = terms_of_place(data, self.points())
+        stage, stage_jacobian, end, end_jacobian, self.opening, *self.others = points
         self.stage, self.stage_jacobian = share(stage, stage_jacobian)
-        end = Point(
-            "end",
-            ("t", "q", "v", "par"),
-            {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)},
-        )
-        end_jacobian = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
         self.end, self.end_jacobian = share(end, end_jacobian)
-        self.opening = Point(
-            "opening",
-            ("t", "q", "v", "u", "par"),
-            {
-                name: d[name]
-                for name in (
-                    *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
-                    *("guard", "mu", "e_N", "e_F"),
-                )
-            },
-        )
         self.first_x = 0
         self.h = ca.SX.sym("w->h")
         self.lam = column("w->lambda", (s - 1) * self.n_R)
@@ -102,7 +71,29 @@ class Lobatto:
             ("M = dp/dv at t_n", "W^T at t_n, row by row"),
         )
 
+    def points(self) -> list[Point]:
+        """What is evaluated at the stages, at the end and at the start."""
+        at_stage = ("t", "q", "v", "u", "par", "h", "R")
+        jacobian_of_stage = (
+            *("p_q", "p_v", "F_q", "F_v", "g_q", "gamma_q", "gamma_v"),
+            *("g_N_q", "gamma_F_q", "gamma_F_v", "rho_q"),
+        )
+        at_start = (
+            *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
+            *("guard", "mu", "e_N", "e_F"),
+        )
+        return [
+            self.point("stage", at_stage, ("p", "F", *_STAGE_ROWS, "rho")),
+            self.point("stage_jacobian", at_stage, jacobian_of_stage),
+            self.point("end", ("t", "q", "v", "par"), ("p", *_END_ROWS, *_DIRECTIONS)),
+            self.point("end_jacobian", ("t", "q", "v", "par"), ("p_v",)),
+            self.point("opening", ("t", "q", "v", "u", "par"), at_start),
+        ]
+
     # --- helpers ---------------------------------------------------------------------------------
+
+    def point(self, name: str, arguments: tuple[str, ...], fields: tuple[str, ...]) -> Point:
+        return Point(name, arguments, {field: self.d[field] for field in fields})
 
     def a(self, i: int, j: int) -> float:
         return float(self.tableau.a[i][j])
@@ -142,13 +133,30 @@ class Lobatto:
             place = f"&w->{point.name}[{i}]"
             q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.first_x + i * self.n}]"
             arguments = (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R)
-            calls.append(call(point, arguments, place, f"&w->stage[{i}]"))
+            calls.append(call(point, arguments, place, self.terms_at(i), f"&w->stage[{i}]"))
         return tuple(calls)
+
+    def terms_at(self, i: int) -> str:
+        """C text of the terms of the place of a stage, counted from 0."""
+        first = "w->trial.terms"  # where the step before left them
+        return f"&w->terms[{(i - 1) * self.terms.values.numel()}]" if i else first
+
+    def terms_calls(self) -> tuple[Call, ...]:
+        """Those of the first stage are known: q_n does not change."""
+        return tuple(
+            Call(
+                "terms",
+                (stage_time(self.tableau.c[i]), f"&w->Q[{i * self.n}]", "par"),
+                self.terms_at(i),
+            )
+            for i in range(1, self.s)
+        )
 
     def end_call(self, point: Point) -> Call:
         q = f"&w->Q[{(self.s - 1) * self.n}]"
         v = f"&w->x[{self.s * self.n}]"
-        return call(point, ("w->t + w->h", q, v, "par"), f"&w->{point.name}", "&w->end")
+        arguments = ("w->t + w->h", q, v, "par")
+        return call(point, arguments, f"&w->{point.name}", self.terms_at(self.s - 1), "&w->end")
 
     # --- the scheme ------------------------------------------------------------------------------
 
@@ -166,7 +174,12 @@ class Lobatto:
             self.s - 1,
             False,
             response,
-            (self.stage_points(), *self.stage_calls(self.stage), self.position_values()),
+            (
+                self.stage_points(),
+                *self.terms_calls(),
+                *self.stage_calls(self.stage),
+                self.position_values(),
+            ),
             self.stage_calls(self.stage_jacobian),
             self.position_derivatives(),
         )
@@ -183,10 +196,12 @@ class Lobatto:
             self.velocity_derivatives(),
         )
         at_start = ("w->t", "w->q", "w->v", "par")
+        terms = self.terms_at(0)
+        with_inputs = ("w->t", "w->q", "w->v", "w->u", "par")
         start = (
-            Call("end", at_start, "&w->start"),
-            call(self.end_jacobian, at_start, "&w->start_jacobian", "&w->start"),
-            Call("opening", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->opening"),
+            call(self.end, at_start, "&w->start", terms),
+            call(self.end_jacobian, at_start, "&w->start_jacobian", terms, "&w->start"),
+            call(self.opening, with_inputs, "&w->opening", terms),
             self.start_assembly(),
         )
         return Scheme(
@@ -204,6 +219,8 @@ class Lobatto:
                 ("opening", "opening", 0),
             ),
             inertia=self.inertia,
+            terms=self.terms,
+            recalls=True,
             start=start,
             problems=(position, velocity),
             finish=self.finish(),

@@ -17,7 +17,7 @@ from signorini.codegen.scheme import (
     jacobian,
     restitution,
 )
-from signorini.codegen.sharing import share
+from signorini.codegen.sharing import share, terms_of_place
 
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
 _DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
@@ -53,8 +53,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
     )
     mass = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
-    end, end_jacobian = share(values, mass)
-    opening = Point(
+    start_values = Point(
         "opening",
         ("t", "q", "v", "u", "par", "h"),
         {
@@ -65,6 +64,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
         },
     )
+    terms, (values, mass, opening) = terms_of_place(data, (values, mass, start_values))
+    end, end_jacobian = share(values, mass)
     begin = {name: end.at("w->start", name) for name in end.fields}
     finish = {name: end.at("w->end", name) for name in end.fields}
     known = {name: opening.at("w->opening", name) for name in opening.fields}
@@ -86,7 +87,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     y = ca.vertcat(
         finish["g_dot"], finish["gamma"], finish["g_N_dot"] + xi_N, finish["gamma_F"] + xi_F
     )
-    middle = ("w->Q", "w->v", "par")
+    at_start, at_end = (_MIDDLE, "w->Q", "w->v", "par"), (_MIDDLE, "w->Q", "w->x", "par")
+    with_inputs = (_MIDDLE, "w->Q", "w->v", "w->u", "par", "w->h")
     problem = Problem(
         "velocity",
         "Moreau's midpoint rule: v_{n+1}, P",
@@ -96,7 +98,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         False,
         ((1.0, 1.0),),
         (
-            Call("end", (_MIDDLE, "w->Q", "w->x", "par"), "&w->end"),
+            call(end, at_end, "&w->end", "w->terms"),
             Assembly(
                 "velocity_values",
                 (
@@ -106,7 +108,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
                 ),
             ),
         ),
-        (call(end_jacobian, (_MIDDLE, "w->Q", "w->x", "par"), "&w->end_jacobian", "&w->end"),),
+        (call(end_jacobian, at_end, "&w->end_jacobian", "w->terms", "&w->end"),),
         jacobian(
             "velocity_derivatives",
             end_jacobian.at("w->end_jacobian", "p_v"),
@@ -125,9 +127,10 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
     start = (
         Assembly("middle", (dense("w->Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
-        Call("end", (_MIDDLE, *middle), "&w->start"),
-        call(end_jacobian, (_MIDDLE, *middle), "&w->start_jacobian", "&w->start"),
-        Call("opening", (_MIDDLE, "w->Q", "w->v", "w->u", "par", "w->h"), "&w->opening"),
+        Call("terms", (_MIDDLE, "w->Q", "par"), "w->terms"),
+        call(end, at_start, "&w->start", "w->terms"),
+        call(end_jacobian, at_start, "&w->start_jacobian", "w->terms", "&w->start"),
+        call(opening, with_inputs, "&w->opening", "w->terms"),
         Assembly(
             "start_assembly",
             (
@@ -156,6 +159,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             ("opening", "opening", 0),
         ),
         inertia=masses,
+        terms=terms,
+        recalls=False,
         start=start,
         problems=(problem,),
         finish=Assembly(

@@ -32,7 +32,7 @@ class Point:
     name : str
         Name of the C struct and of the evaluating function.
     arguments : tuple of str
-        Among t, q, v, u, par, h, R, at.
+        Among t, q, v, u, par, h, R, terms, at.
     fields : dict from name to SX
         Values; entries that are numbers take no storage, they are folded where used.
     after : str
@@ -59,6 +59,20 @@ class Point:
             for k in range(value.nnz())
         ]
         return ca.sparsify(ca.SX(value.sparsity(), ca.vertcat(ca.SX(0, 1), *entries)))
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Terms of a place (t, q, parameters) that evaluations there share, and what they depend on.
+
+    Attributes
+    ----------
+    values, key : SX
+        Columns; the terms as expressions of the symbols in `key`.
+    """
+
+    values: ca.SX
+    key: ca.SX
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +133,10 @@ class Inertia:
 
 @dataclass(frozen=True)
 class Call:
-    """One evaluation of a point: arguments as C text, and where the result goes."""
+    """One evaluation of a point or of the terms of a place, called "terms".
+
+    `arguments` are C text, `place` is where the result goes.
+    """
 
     point: str
     arguments: tuple[str, ...]
@@ -172,6 +189,8 @@ class Problem:
 class Scheme:
     """A scheme for one model.
 
+    `terms` stand in work.terms. If the scheme `recalls`, these are of the stages 2 ... s, those of
+    the last hold at the end, and those of the first stand in work.trial before `start`.
     `guarded` tells which contacts exist only while their entry of work.guard is >= 0 at the start
     of a step; by default those with a guard in the model.
     """
@@ -182,6 +201,8 @@ class Scheme:
     points: tuple[Point, ...]
     places: tuple[tuple[str, str, int], ...]
     inertia: Inertia
+    terms: Terms
+    recalls: bool
     start: tuple[Call | Assembly, ...]
     problems: tuple[Problem, ...]
     finish: Assembly
@@ -190,9 +211,13 @@ class Scheme:
     guarded: tuple[bool, ...] | None = None
 
 
-def call(point: Point, arguments: tuple[str, ...], place: str, at: str) -> Call:
-    """Call of a point that may need the struct `at` of the point before."""
-    return Call(point.name, (*arguments, at) if point.after else arguments, place)
+def call(
+    point: Point, arguments: tuple[str, ...], place: str, terms: str = "", at: str = ""
+) -> Call:
+    """Call of a point that may need the terms of its place and the struct `at` of another point."""
+    further = {"terms": terms, "at": at}
+    needed = tuple(further[name] for name in point.arguments if name in further)
+    return Call(point.name, (*arguments, *needed), place)
 
 
 def column(name: str, n: int, offset: int = 0) -> ca.SX:

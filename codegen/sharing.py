@@ -1,7 +1,11 @@
-"""Terms that derivatives share with the values found before at the same point: computed once."""
+"""Terms that several evaluations share: computed once."""
+
+from collections.abc import Sequence
 
 import casadi as ca
-from signorini.codegen.scheme import Point
+from signorini.codegen.graph import Graph
+from signorini.codegen.model_data import ModelData
+from signorini.codegen.scheme import Point, Terms
 
 # Operations below which a term is computed again: reading it back would cost as much.
 _WORTH = 3
@@ -98,22 +102,111 @@ def share(values: Point, derivatives: Point) -> tuple[Point, Point]:
         The same with a further field ``common`` of the first, and a further argument ``at``, the
         struct of the first, of the second; unchanged where nothing is worth it.
     """
-    places = [(name, k) for name in derivatives.fields for k in derivatives.stored(name)]
-    first = [values.fields[name].nz[k] for name in values.fields for k in values.stored(name)]
-    second = [derivatives.fields[name].nz[k] for name, k in places]
+    first, second = _stored(values), _stored(derivatives)
     nodes = _Nodes([*first, *second])
     roots = nodes.roots[len(first) :]
     common = nodes.reach(nodes.roots[: len(first)]) & nodes.reach(roots)
-    outer = nodes.reach(roots) - common
-    border = {a for k in outer for a in nodes.keys[k][1]} | set(roots)
-    kept = _worth_keeping(nodes, common, border)
+    kept = _worth_keeping(nodes, common, roots)
     if not kept:
         return values, derivatives
     plain = nodes.expressions(nodes.reach(kept), {})
+    column = ca.vertcat(*(plain[k] for k in kept))
     symbols = {k: ca.SX.sym(f"at->common[{i}]") for i, k in enumerate(kept)}
+    fields = _rewritten(derivatives, nodes, roots, symbols)
+    return (
+        Point(values.name, values.arguments, {**values.fields, "common": column}),
+        Point(derivatives.name, (*derivatives.arguments, "at"), fields, after=values.name),
+    )
+
+
+def terms_of_place(data: ModelData, points: Sequence[Point]) -> tuple[Terms, list[Point]]:
+    """Take terms that depend on the place (t, q, parameters) alone out of evaluations there.
+
+    Parameters
+    ----------
+    data : ModelData
+        The model, for its symbols.
+    points : sequence of Point
+        What is evaluated there, perhaps at several velocities; the first alone decides what is
+        worth it, because it is evaluated most often.
+
+    Returns
+    -------
+    Terms
+        The terms and the symbols that they depend on; both empty where nothing is worth it, or
+        where only parameters matter.
+    list of Point
+        The points, with a further argument ``terms`` where they need it.
+    """
+    stored = [_stored(point) for point in points]
+    nodes = _Nodes([x for column in stored for x in column])
+    roots, at = [], 0
+    for column in stored:
+        roots.append(nodes.roots[at : at + len(column)])
+        at += len(column)
+    place = ca.vertcat(data.t, data.q, data.par)
+    hashes = [place[k].element_hash() for k in range(place.numel())]
+    of_place: set[int] = set()
+    for k, (op, inputs, value) in enumerate(nodes.keys):
+        here = op != ca.OP_INPUT or nodes.symbols[int(value)].element_hash() in hashes
+        if here and of_place.issuperset(inputs):
+            of_place.add(k)
+    # What is a result of the first alone would only be copied.
+    operands = {a for k in nodes.reach(nodes.roots) for a in nodes.keys[k][1]}
+    results = set(roots[0]) - operands - {k for others in roots[1:] for k in others}
+    kept = _worth_keeping(nodes, (of_place & nodes.reach(roots[0])) - results, nodes.roots)
+    plain = nodes.expressions(nodes.reach(kept), {})
+    values, symbols = _distinct({k: plain[k] for k in kept}, "terms")
+    used = {s.element_hash() for s in ca.symvar(values)}
+    if used.isdisjoint(hashes[: 1 + data.n_q]):
+        return Terms(ca.SX(0, 1), ca.SX(0, 1)), list(points)
+    key = ca.vertcat(*(place[k] for k, own in enumerate(hashes) if own in used))
+    taken = []
+    for point, own_roots in zip(points, roots, strict=True):
+        needs = not symbols.keys().isdisjoint(_needed(nodes, own_roots, symbols))
+        arguments = (*point.arguments, "terms") if needs else point.arguments
+        taken.append(Point(point.name, arguments, _rewritten(point, nodes, own_roots, symbols)))
+    return Terms(values, key), taken
+
+
+def _distinct(plain: dict[int, ca.SX], array: str) -> tuple[ca.SX, dict[int, ca.SX]]:
+    """Column of the expressions that C text tells apart but for their sign; all as its entries."""
+    names = {
+        s.element_hash(): s.name() for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *plain.values()))
+    }
+    graph = Graph(list(plain.values()), names)
+    column: list[ca.SX] = []
+    place: dict[tuple[int, ...], tuple[float, ca.SX]] = {}
+    symbols: dict[int, ca.SX] = {}
+    for (k, value), root in zip(plain.items(), graph.roots, strict=True):
+        node = graph.nodes[root]
+        sign = 1.0
+        form: tuple[int, ...] = (root,)
+        if node.op == "neg":
+            sign, form = -1.0, node.args
+        elif node.op == "-":
+            sign, form = (1.0 if node.args[0] < node.args[1] else -1.0), tuple(sorted(node.args))
+        if form not in place:
+            place[form] = sign, ca.SX.sym(f"{array}[{len(column)}]")
+            column.append(value)
+        own, symbol = place[form]
+        symbols[k] = symbol if sign == own else -symbol
+    return ca.vertcat(ca.SX(0, 1), *column), symbols
+
+
+def _stored(point: Point) -> list[ca.SX]:
+    """Entries of a point that are no plain numbers."""
+    return [point.fields[name].nz[k] for name in point.fields for k in point.stored(name)]
+
+
+def _rewritten(
+    point: Point, nodes: _Nodes, roots: list[int], symbols: dict[int, ca.SX]
+) -> dict[str, ca.SX]:
+    """Fields of a point whose stored entries are `roots`, some nodes replaced by symbols."""
+    places = [(name, k) for name in point.fields for k in point.stored(name)]
     made = nodes.expressions(_needed(nodes, roots, symbols), symbols)
     entries = dict(zip(places, (made[k] for k in roots), strict=True))
-    fields = {
+    return {
         name: ca.SX(
             value.sparsity(),
             ca.vertcat(
@@ -121,17 +214,14 @@ def share(values: Point, derivatives: Point) -> tuple[Point, Point]:
                 *(entries.get((name, k), value.nz[k]) for k in range(value.nnz())),
             ),
         )
-        for name, value in derivatives.fields.items()
+        for name, value in point.fields.items()
     }
-    column = ca.vertcat(*(plain[k] for k in kept))
-    return (
-        Point(values.name, values.arguments, {**values.fields, "common": column}),
-        Point(derivatives.name, (*derivatives.arguments, "at"), fields, after=values.name),
-    )
 
 
-def _worth_keeping(nodes: _Nodes, common: set[int], border: set[int]) -> list[int]:
-    """Nodes of the border that cost more than reading them back."""
+def _worth_keeping(nodes: _Nodes, common: set[int], roots: list[int]) -> list[int]:
+    """Nodes of the border of `common` that cost more than reading them back."""
+    outer = nodes.reach(roots) - common
+    border = {a for k in outer for a in nodes.keys[k][1]} | set(roots)
     kept = []
     cost: dict[int, int] = {}
     for k in sorted(common):

@@ -228,6 +228,8 @@ class EmitSpec:
             for p in self.problems
         )
         start = count(self.start)
+        if n.n_key:
+            start += operations["evaluate_terms"]
         unrolled = [p.elimination for p in self.problems if p.unrolled]
         lines = sum(len(section.lines) for f in written for section in f.sections)
         lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
@@ -383,6 +385,14 @@ class _Builder:
 
     def spec(self) -> EmitSpec:
         data, plan = self.data, self.plan
+        if self.sizes.n_terms:
+            self.known_points.add("terms")
+            self.helpers.append(
+                self.writer.of_place("evaluate_terms", plan.terms.values, "terms of (t, q)")
+            )
+        if self.sizes.n_key:
+            equation = "what the terms depend on"
+            self.helpers.append(self.writer.of_place("key", plan.terms.key, equation))
         for point in plan.points:
             if point.name in self.known_points:
                 self.helpers.append(self.writer.point_function(point))

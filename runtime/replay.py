@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from signorini.runtime.stepper import Stepper
 
-_FORMAT = 1
+_FORMAT = 2
 
 
 @dataclass(frozen=True)

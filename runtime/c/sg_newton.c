@@ -452,11 +452,11 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
 }
 
 /* Solution of an iteration that gets no further: its nearest point, if that may be kept; in the end
-   the checker alone says so. */
+   the checker alone says so, whose units do not know the slots' responses: hence the factor. */
 static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                            int problem, real nearest, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
-    if (nearest > (w->lenient ? SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
+    if (nearest > (w->lenient ? SG_C(4.0) * SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
         opt->scaling == SG_K(SCALING_NONE)) {
         return 0;
     }

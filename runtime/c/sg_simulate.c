@@ -119,10 +119,6 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
         return SG_K(BAD_ARGUMENT);
     }
     sg_reset_info(&info);
-    w->t = s->t;
-    w->h = h;
-    sg_copy(SG_NQ, s->q, w->q);
-    sg_copy(SG_NQ, s->v, w->v);
     sg_copy(SG_NX_TOTAL, x, w->x);
     sg_copy(SG_NL_TOTAL, lambda, w->lambda);
     for (j = 0; j < SG_NU; ++j) {
@@ -131,7 +127,8 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     for (j = 0; j < SG_NGAMMA; ++j) {
         w->carried[j] = s->has_force ? s->carried[j] : lambda[SG_NG + j] / h;
     }
-    SG(start)(w, par);
+    w->trial = *s;
+    sg_begin(w, par, s->t, h);
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);
     }

@@ -40,17 +40,55 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     }
 }
 
-/* Solve the step of size h from the state s at time t; the result stays in the work struct. */
-static int sg_attempt(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                      const SG(options) * opt, SG(info) * info, real t, real h, int effort,
-                      int end) {
-    int problem, k, status;
-    int warm;
+/* Terms of (t_n, q_n): the step before left them in the state, unless something changed since. */
+static void sg_recall(SG(work) * w, const SG(params) * par) {
+#if SG_KEY > 0
+    SG(state) *s = &w->trial;
+    int k;
+    SG(key)(w->t, w->q, par, w->key);
+    for (k = 0; k < SG_KEY; ++k) {
+        s->has_terms = s->has_terms && s->key[k] == w->key[k];
+    }
+    if (!s->has_terms) {
+        SG(evaluate_terms)(w->t, w->q, par, s->terms);
+        sg_copy(SG_KEY, w->key, s->key);
+        s->has_terms = 1;
+    }
+#else
+    (void)w;
+    (void)par;
+#endif
+}
+
+/* Everything that is known at the start of a step of size h from the trial state at time t. */
+static void sg_begin(SG(work) * w, const SG(params) * par, real t, real h) {
     w->t = t;
     w->h = h;
-    sg_copy(SG_NQ, s->q, w->q);
-    sg_copy(SG_NQ, s->v, w->v);
+    sg_copy(SG_NQ, w->trial.q, w->q);
+    sg_copy(SG_NQ, w->trial.v, w->v);
+    sg_recall(w, par);
     SG(start)(w, par);
+}
+
+/* Keep the terms of the end of the step, and what they belong to. */
+static void sg_retain(SG(work) * w, const SG(params) * par) {
+#if SG_KEY > 0
+    SG(key)(w->t + w->h, w->q_end, par, w->trial.key);
+    sg_copy(SG_TERMS, &w->terms[(SG_STAGES - 2) * SG_TERMS], w->trial.terms);
+    w->trial.has_terms = 1;
+#else
+    (void)w;
+    (void)par;
+#endif
+}
+
+/* Solve the step of size h from the trial state at time t; the result stays in the work struct. */
+static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                      SG(info) * info, real t, real h, int effort, int end) {
+    const SG(state) *s = &w->trial;
+    int problem, k, status;
+    int warm;
+    sg_begin(w, par, t, h);
     for (k = 0; k < SG_NK; ++k) {
         if (!sg_is_coefficient(w->mu[k], SG_HUGE) || !sg_is_coefficient(w->e_N[k], SG_C(1.0)) ||
             !sg_is_coefficient(w->e_F[k], SG_C(1.0))) {
@@ -142,7 +180,8 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
 }
 
 /* Take over the end of the step; where contacts opened, closed or impacted the next starts cold. */
-static void sg_commit(SG(state) * s, const SG(work) * w) {
+static void sg_commit(SG(work) * w, const SG(params) * par) {
+    SG(state) *s = &w->trial;
     int k;
     int same = 1;
     for (k = 0; k < SG_NK; ++k) {
@@ -155,6 +194,7 @@ static void sg_commit(SG(state) * s, const SG(work) * w) {
     sg_remember(s, w, same);
     sg_copy(SG_NQ, w->q_end, s->q);
     sg_copy(SG_NQ, w->v_end, s->v);
+    sg_retain(w, par);
     s->h_guess = w->h;
     if (SG_CARRIES) {
         s->has_force = 1;
@@ -197,6 +237,11 @@ static void sg_reset_guess(SG(state) * s) {
     s->h_guess = SG_C(0.0);
     s->has_force = 0;
     sg_fill(SG_NGAMMA, SG_C(0.0), s->carried);
+#if SG_KEY > 0
+    s->has_terms = 0;
+    sg_fill(SG_KEY, SG_C(0.0), s->key);
+    sg_fill(SG_TERMS, SG_C(0.0), s->terms);
+#endif
 }
 
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
@@ -259,11 +304,11 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                          : effort == SG_AGAIN && opt->max_halvings > 0 ? 17
                                                                        : 20;
         const int end = total - total / 20 * (20 - part);
-        const int status = sg_attempt(w, &w->trial, par, opt, info, t,
-                                      h * ((real)stride / (real)rest), effort, end);
+        const int status =
+            sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort, end);
         if (status == SG_K(OK)) {
             done += stride;
-            sg_commit(&w->trial, w);
+            sg_commit(w, par);
             for (j = 0; j < SG_NC; ++j) {
                 info->P[j] += w->P[j];
             }

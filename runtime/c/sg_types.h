@@ -52,6 +52,11 @@ static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real 
 static void SG(evaluate_consistency)(real t, const real q[], const real v[], const SG(params) * par,
                                      SG(consistency) * out);
 
+#if SG_KEY > 0
+static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);
+static void SG(key)(real t, const real q[], const SG(params) * par, real out[]);
+#endif
+
 /* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
 static inline int sg_is_gap(const sg_problem *pr, int slot, int c) {
     return slot < pr->gap_slots &&

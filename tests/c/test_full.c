@@ -66,14 +66,16 @@ int main(void) {
     f_initial_state(&par, &t, q, v);
     ENSURE(f_init(&state, &par, &opt, t, q, v) == F_OK && !state.has_force);
     sg_reset_info(&info);
-    ENSURE(sg_attempt(&work, &state, &par, &opt, &info, t, 0.02, 1, 200) == F_OK && work.opened);
+    work.trial = state;
+    ENSURE(sg_attempt(&work, &par, &opt, &info, t, 0.02, 1, 200) == F_OK && work.opened);
     spoil(0, 0);
-    sg_commit(&state, &work);
+    sg_commit(&work, &par);
+    state = work.trial;
     ENSURE(state.has_force && state.carried[0] == work.carried_end[0]);
     state.t += 0.02;
     sg_reset_info(&info);
-    ENSURE(sg_attempt(&work, &state, &par, &opt, &info, state.t, 0.02, 1, 200) == F_OK &&
-           !work.opened);
+    work.trial = state;
+    ENSURE(sg_attempt(&work, &par, &opt, &info, state.t, 0.02, 1, 200) == F_OK && !work.opened);
     ENSURE(work.carried[0] == state.carried[0]);
     spoil(SG_NQ, SG_NC);
     /* residuals at given unknowns: the force of the state, or that of the given percussions */

@@ -9,7 +9,7 @@
 
 static int failures = 0;
 /* free, zero, slip rows; directions; spoiled numbers; steps; rescued; lost impacts */
-static int counted[9];
+static int counted[11];
 
 #define ENSURE(condition)                                                        \
     do {                                                                         \
@@ -58,12 +58,9 @@ static void open_step(double h) {
     int k, problem;
     work.careful = 0;
     work.deficiency = 0;
-    work.t = state.t;
-    work.h = h;
-    sg_copy(SG_NQ, state.q, work.q);
-    sg_copy(SG_NQ, state.v, work.v);
     sg_copy(SG_NU, u, work.u);
-    m_start(&work, &par);
+    work.trial = state;
+    sg_begin(&work, &par, state.t, h);
     ENSURE(sg_masses(&work));
     for (k = 0; k < SG_NK; ++k) {
         work.exists[k] = work.active[k] = 1;
@@ -281,7 +278,7 @@ static void test_last_attempt(void) {
                 real stall;
                 sg_evaluate(&work, &par, &opt, 0);
                 (void)sg_merit(&work, 0, &stall);
-                ENSURE(stall <= SG_CHECK / SG_STAGNATION);
+                ENSURE(stall <= 4.0 * SG_CHECK / SG_STAGNATION);
             }
         }
     }
@@ -305,7 +302,8 @@ static void test_checker(void) {
         for (step = 0; step < 60; ++step) {
             sg_reset_info(&info);
             sg_copy(SG_NU, u, work.u);
-            if (sg_attempt(&work, &state, &par, &opt, &info, state.t, 0.01, 1, 200) != M_OK) {
+            work.trial = state;
+            if (sg_attempt(&work, &par, &opt, &info, state.t, 0.01, 1, 200) != M_OK) {
                 break;
             }
             ++counted[5];
@@ -336,11 +334,78 @@ static void test_checker(void) {
                 }
                 ENSURE(accepted());
             }
-            sg_commit(&state, &work);
+            sg_commit(&work, &par);
+            state = work.trial;
             state.t += 0.01;
         }
     }
 }
+
+#if SG_KEY > 0
+/* 1 if a step from the state with wrong terms ends as one without any. */
+static int is_as_fresh(m_state spoiled, const m_params *own) {
+    m_state fresh = spoiled;
+    int wrong, right, i;
+    fresh.has_terms = 0;
+    for (i = 0; i < SG_TERMS; ++i) {
+        spoiled.terms[i] = 2.0 * spoiled.terms[i] + 1.0;
+    }
+    wrong = m_step(&spoiled, &work, &info, own, &opt, u, 0.01);
+    right = m_step(&fresh, &work, &info, own, &opt, u, 0.01);
+    return wrong == right && memcmp(spoiled.q, fresh.q, sizeof fresh.q) == 0 &&
+           memcmp(spoiled.v, fresh.v, sizeof fresh.v) == 0;
+}
+
+/* Whatever changes a term changes the key; then the terms in the state are not used. */
+static void check_change(const m_state *moved, const m_params *own) {
+    double key[2][SG_KEY], terms[2][SG_TERMS];
+    m_key(state.t, state.q, &par, key[0]);
+    m_key(moved->t, moved->q, own, key[1]);
+    m_evaluate_terms(state.t, state.q, &par, terms[0]);
+    m_evaluate_terms(moved->t, moved->q, own, terms[1]);
+    if (memcmp(key[0], key[1], sizeof key[0]) == 0) {
+        ENSURE(memcmp(terms[0], terms[1], sizeof terms[0]) == 0);
+    } else {
+        ENSURE(is_as_fresh(*moved, own));
+        ++counted[10];
+    }
+}
+
+/* Terms of a place are taken from the step before where nothing changed, and only there. */
+static void test_terms(void) {
+    double key[SG_KEY];
+    int trial, step, j;
+    for (trial = 0; trial < 5; ++trial) {
+        draw_start();
+        for (step = 0; step < 3; ++step) {
+            m_state moved;
+            m_params own;
+            if (m_step(&state, &work, &info, &par, &opt, u, 0.01) > M_OK_SUBSTEPPED) {
+                break;
+            }
+            ENSURE(state.has_terms);
+            m_key(state.t, state.q, &par, key);
+            if (memcmp(key, state.key, sizeof key) == 0) { /* times may differ by a rounding */
+                ENSURE(!is_as_fresh(state, &par));
+                ++counted[9];
+            }
+            for (j = -1; j < SG_NQ; ++j) {
+                moved = state;
+                *(j < 0 ? &moved.t : &moved.q[j]) += 1e-9;
+                check_change(&moved, &par);
+            }
+            for (j = 0; j < (int)(sizeof own / sizeof(double)); ++j) {
+                own = par;
+                ((double *)&own)[j] += 1e-9;
+                check_change(&state, &own);
+            }
+            moved = state;
+            ENSURE(m_set_state(&moved, state.t, state.q, state.v) == M_OK && !moved.has_terms);
+        }
+    }
+    ENSURE(counted[9] > 0 && counted[10] > 10);
+}
+#endif
 
 /* What ends an iteration: a limit, a number that is not finite, a singular matrix. */
 static void test_ends(void) {
@@ -973,6 +1038,9 @@ int main(void) {
     test_ends();
     test_last_attempt();
     test_checker();
+#if SG_KEY > 0
+    test_terms();
+#endif
     test_least_norm();
     test_central_rows();
     test_central_paths();

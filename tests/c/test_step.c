@@ -25,11 +25,10 @@ static ball_work *solved(double y, double v_x, double v_y, double omega) {
     const ball_options opt = ball_default_options();
     const double q[3] = {0.3, y, 0.2};
     const double v[3] = {v_x, v_y, omega};
-    ball_state s;
     ball_info info;
-    ENSURE(ball_init(&s, &par, &opt, 0.0, q, v) == BALL_OK);
+    ENSURE(ball_init(&work.trial, &par, &opt, 0.0, q, v) == BALL_OK);
     sg_reset_info(&info);
-    ENSURE(sg_attempt(&work, &s, &par, &opt, &info, 0.0, 0.01, 1, 200) == BALL_OK);
+    ENSURE(sg_attempt(&work, &par, &opt, &info, 0.0, 0.01, 1, 200) == BALL_OK);
     return &work;
 }
 
