@@ -121,6 +121,23 @@ def test_contacts_that_hold_solve_a_step() -> None:
     assert np.all(np.abs(P_F) <= step.parameters["mu"] * P_N * (1 + 1e-9) + 1e-15)
 
 
+def test_velocities_of_stages_may_be_as_rough_as_the_checker_lets() -> None:
+    """A triangle turns about the corner that it holds in a groove: both contacts of the corner stick,
+    which velocities of stages satisfy to 5e-9 m/s only."""
+    compiled = stepper_of("groove_triangle", 4)
+    stored = FailedStep.load(Path(__file__).parent / "data" / "turns_about_a_corner.json")
+    step = replace(stored, model_hash=compiled.manifest["model_hash"])
+    found = take_again(compiled, step)
+    assert (found["status"], found["substeps"]) == ("OK_RESCUED", 0)
+    verdict = examine(compiled, step)
+    assert verdict.x is not None
+    n = compiled.sizes
+    np.testing.assert_allclose(found["v"], verdict.x[-n["n_q"] :], rtol=0, atol=1e-7)
+    P_N, P_F = np.split(np.array(found["P"]), [n["n_N"]])
+    assert P_N.min() >= 0 and P_N.max() > 1e-3
+    assert np.all(np.abs(P_F) <= step.parameters["mu"] * P_N * (1 + 1e-7) + 1e-15)
+
+
 def test_substeps_may_use_up_the_iterations() -> None:
     """A body turns in a groove: 170 of 200 iterations go into the whole step, in vain."""
     step = {
