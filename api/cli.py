@@ -530,7 +530,7 @@ def stress(
     Parameters
     ----------
     scenes
-        Scenes of the corpus, by default all.
+        Scenes by name, by default those of the corpus.
     runs
         Runs of a scene with each number of stages; a few scenes get more, or less.
     seed

@@ -243,7 +243,7 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
     )
     bound_rows = max(p.n_slots for p in scheme.problems) * n.n_bounds
     bounds = sum(p.n_slots for p in scheme.problems) * n.n_bounds
-    return (
+    fields = (
         Field("trial", "state", (), "state inside a substepped step"),
         Field("t", "real", (), "start of the (sub)step"),
         Field("h", "real", (), "its size"),
@@ -345,3 +345,5 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("reduced", "int", (n.n_lambda,), "rows that are not zero"),
         Field("deficiency", "int", (), "dependent rows in the last direction"),
     )
+    # Indices in front: an analysis that is unsure of the end of an array of numbers keeps them.
+    return tuple(sorted(fields, key=lambda field: field.type != "int"))

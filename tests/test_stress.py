@@ -122,8 +122,8 @@ def test_contacts_that_hold_solve_a_step() -> None:
 
 
 def test_velocities_of_stages_may_be_as_rough_as_the_checker_lets() -> None:
-    """A triangle turns about the corner that it holds in a groove: both contacts of the corner stick,
-    which velocities of stages satisfy to 5e-9 m/s only."""
+    """A triangle turns about a corner in a groove: both contacts of the corner stick, which
+    velocities of stages satisfy to 5e-9 m/s only."""
     compiled = stepper_of("groove_triangle", 4)
     stored = FailedStep.load(Path(__file__).parent / "data" / "turns_about_a_corner.json")
     step = replace(stored, model_hash=compiled.manifest["model_hash"])

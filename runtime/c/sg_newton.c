@@ -138,7 +138,7 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
     } else {
         const sg_slip *own = &sg_slips[c];
         const sg_contact *contact = &sg_contacts[own->contact];
-        const int first = row - own->component;
+        const int first = row / SG_ROWS * SG_NC + SG_SLIP + contact->friction;
         real change = row == column ? SG_C(1.0) : SG_C(0.0);
         int e;
         /* Radius: mu R_N, or the given bound along dx. */
@@ -192,8 +192,8 @@ static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a)
 /* Row a of the reduced system, slip row c of a slot, where its contact slips. */
 static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, int c) {
     const int row = w->reduced[a];
-    const sg_slip *own = &sg_slips[c];
-    const int first = row - own->component;
+    const sg_contact *contact = &sg_contacts[sg_slips[c].contact];
+    const int first = row / SG_ROWS * SG_NC + SG_SLIP + contact->friction;
     real *dy = w->scratch;
     int b, e;
     for (b = -1; b < n; ++b) {
@@ -201,7 +201,7 @@ static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, in
         const real sign = b < 0 ? SG_C(1.0) : SG_C(-1.0);
         const int column = b < 0 ? -1 : w->reduced[b];
         real change;
-        for (e = 0; e < sg_contacts[own->contact].components; ++e) {
+        for (e = 0; e < contact->components; ++e) {
             dy[first + e] = sign * sg_row_dot(&pr->C, w->C, first + e, z);
         }
         change = sg_phi_change(w, pr, row, dy, sign * sg_bound_change(w, pr, row, z), column);

@@ -44,14 +44,15 @@ typedef SG(real) real;
 #define SG_BAND SG_C(16.0)
 
 /* Newton iterations of a plain attempt, of contact states held, of contacts that are said to hold,
-   from where a path led; paths followed in one problem at first, and in all; central paths of a
-   substep. */
+   from where a path led; paths followed in one problem at first, in space fewer, and in all;
+   central paths of a whole step and of a substep. */
 #define SG_PLAIN 9
 #define SG_HELD 5
 #define SG_HOLDING 20
 #define SG_LANDING 5
-#define SG_TURNS 6
+#define SG_TURNS (SG_SPATIAL ? 2 : 6)
 #define SG_LAST_TURNS 24
+#define SG_CENTRAL_TURNS 4
 #define SG_SUBSTEP_TURNS 2
 
 /* Central path: the smoothing where it begins; how much wider gaps are; percussions that lead

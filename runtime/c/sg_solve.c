@@ -316,8 +316,8 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         } else if (SG_SPATIAL &&
                    attempt == SG_FOLLOW_CENTRAL) { /* no code where it is not needed */
             status = sg_follow_central(w, par, opt, info, problem,
-                                       effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_LAST_TURNS, end,
-                                       &measure);
+                                       effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_CENTRAL_TURNS,
+                                       end, &measure);
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);
