@@ -387,6 +387,9 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     }
     if (w->lean) {
         n = sg_reduce(w, problem, 0);
+        if (n < 0) {
+            return n;
+        }
     }
     rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
     sg_cod_solve(n, rank, w->S, w->perm, w->tau, w->tau_z, w->rhs, w->scratch, w->solution);
