@@ -76,18 +76,6 @@ def annotate(source: Path, *functions: str) -> None:
     source.write_text(text)
 
 
-def split_ranks(source: Path) -> None:
-    """Look at every rank by itself where the part beyond it is filled and reflected."""
-    text = source.read_text()
-    parts = re.findall(
-        r"    sg_fill\(n - rank, .*?\n    }\n(?=    for \(k = 0; k < n; \+\+k\))", text, re.DOTALL
-    )
-    assert len(parts) == 2
-    for part in parts:
-        text = text.replace(part, f"    /*@ split rank; */\n{part}    /*@ merge rank; */\n")
-    source.write_text(text)
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize("make", [slider_crank.model, box_in_space.model])
 def test_linear_algebra_and_prox(make: Callable[[], sg.Model], tmp_path: Path) -> None:
@@ -115,7 +103,6 @@ def test_newton(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     frama_c()
     folder = sg.generate(make(), tmp_path / "m", stages=2, prefix="m")
     annotate(folder / "m.c", "sg_reduce")
-    split_ranks(folder / "m.c")
     options = ("-eva-precision", "1", "-eva-auto-loop-unroll", "128")
     alarms, reached = analyse("newton.c", folder, "", *options)
     assert alarms == 0
