@@ -244,7 +244,7 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
     bound_rows = max(p.n_slots for p in scheme.problems) * n.n_bounds
     bounds = sum(p.n_slots for p in scheme.problems) * n.n_bounds
     fields = (
-        Field("trial", "state", (), "state inside a substepped step"),
+        Field("trial", "state", (), "state at the start of the (sub)step"),
         Field("t", "real", (), "start of the (sub)step"),
         Field("h", "real", (), "its size"),
         Field("q", "real", (n.n_q,), "q_n"),
@@ -293,7 +293,9 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("exchanged", "int", (), "whether the factors stand in full"),
         Field("careful", "int", (), "whether rows are exchanged in any case"),
         Field("lean", "int", (), "whether followers and bilateral rows may be eliminated, too"),
-        Field("lenient", "int", (), "whether the nearest point may be as far as the checker lets"),
+        Field(
+            "lenient", "int", (), "whether the nearest point may be as far as the checker may let"
+        ),
         Field("stuck", "int", (), "problem that was not solved, -1: none"),
         Field("bordered", "int", (), "whether the bilateral rows are eliminated, too"),
         Field("follower", "int", (n.n_lambda,), "friction row eliminated with this one, or -1"),

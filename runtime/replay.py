@@ -106,6 +106,8 @@ def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
         for name, kind in state._fields_:
             value = step.state[name]
             setattr(state, name, kind(*value) if isinstance(value, list) else value)
+        if hasattr(state, "has_terms"):
+            state.has_terms = 0  # found anew: how they are chosen is the generator's affair
         u = lib.array(stepper._rows("u", step.u, 1, stepper.sizes["n_u"])[0])
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise RunError(f"the file of the failed step is damaged ({error!r})") from None

@@ -155,7 +155,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a term of a place loses its sign", "codegen/sharing.py", "symbol if sign == own else -symbol", "symbol if sign == own else symbol"),
     Mutant("terms in the state are used whatever changed", STEP, "s->has_terms = s->has_terms && s->key[k] == w->key[k];", "s->has_terms = s->has_terms && s->key[k] == s->key[k];"),
     Mutant("terms of another stage are kept for the next step", STEP, "&w->terms[(SG_STAGES - 2) * SG_TERMS]", "&w->terms[0]"),
-    Mutant("a last attempt keeps less than the checker lets", NEWTON, "SG_C(4.0) * SG_CHECK / SG_STAGNATION", "SG_CHECK / SG_STAGNATION"),
+    Mutant("a last attempt keeps less than the checker lets", NEWTON, "ends && pr->gap_slots > 0 ? SG_C(4.0)", "ends && pr->gap_slots > 0 ? SG_C(1.0)"),
     Mutant("a product with a reciprocal loses the divisor", G, 'self._add(Node("inv", (args[1],)))', 'self._constant(1.0)'),
     Mutant("no iterations kept for substeps", STEP, "effort == SG_AGAIN && opt->max_halvings > 0 ? 17", "effort == SG_SUBSTEP ? 17"),
     Mutant("the rescues of a given-up step stay", STEP, "    sg_reset_info(info);\n    info->iterations = used;", "    info->iterations = used;"),

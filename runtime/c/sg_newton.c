@@ -454,12 +454,14 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_lambda) {
     return hash;
 }
 
-/* Solution of an iteration that gets no further: its nearest point, if that may be kept; in the end
-   the checker alone says so, whose units do not know the slots' responses: hence the factor. */
+/* Solution of an iteration that gets no further: its nearest point, if that may be kept. The last
+   attempt asks what the checker asks; for stages, whose response the checker's units do not know,
+   at its end four times that, since there the checker alone can say. */
 static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                           int problem, real nearest, real *measure) {
+                           int problem, int ends, real nearest, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
-    if (nearest > (w->lenient ? SG_C(4.0) * SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
+    const real rough = ends && pr->gap_slots > 0 ? SG_C(4.0) : SG_C(1.0);
+    if (nearest > (w->lenient ? rough * SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
         opt->scaling == SG_K(SCALING_NONE)) {
         return 0;
     }
@@ -511,7 +513,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         }
         /* Stalled at the level of round-off, or going round there. */
         if (((iteration >= 3 && !nearer) || iteration >= max_iterations) &&
-            sg_keep_nearest(w, par, opt, problem, nearest, measure)) {
+            sg_keep_nearest(w, par, opt, problem, iteration >= max_iterations, nearest, measure)) {
             return SG_K(OK);
         }
         if (iteration >= max_iterations) {

@@ -26,7 +26,9 @@ int main(void) {
     any(SG_NX_TOTAL, work.x, 1e3);
     any(SG_NL_TOTAL, work.lambda, 1e3);
     work.careful = Frama_C_interval(0, 1);
+#if SG_KEY > 0
     m_evaluate_terms(work.t, work.q, &par, work.trial.terms);
+#endif
     m_start(&work, &par);
     if (!sg_masses(&work)) {
         return 1;
