@@ -88,6 +88,29 @@ def mixed_contacts() -> sg.Model:
     return m
 
 
+def every_row() -> sg.Model:
+    """A row of every kind: constraints, contacts without friction, in the plane, in space, given
+    bounds."""
+    m = sg.Model("every_row", symbols="casadi")
+    x, y, z, s = m.coordinates("x y z s", velocities="u v w r")
+    vx, vy, vz, vs = m.velocities
+    m.lagrangian = (
+        0.5 * (vx**2 + vy**2 + vz**2 + vs**2)
+        + 0.3 * vs * vx * ca.cos(s)
+        - 9.81 * z
+        - 0.5 * (s - x) ** 2
+    )
+    m.constraint("guide", [s - 0.1 * y**2])
+    m.velocity_constraint("wheel", [vx - 0.2 * vy * ca.cos(s)])
+    m.contact("ground", g_N=z - 0.1 * ca.sin(x), gamma_F=[vx, vy], mu=0.3, e_N=0.5)
+    m.contact("wall", g_N=1 - x, gamma_F=vy, mu=0.5)
+    m.contact("stop", g_N=s + 0.3)
+    m.friction("brake", gamma_F=vs, bound=0.4 + 0.1 * x**2)
+    m.friction("plate", gamma_F=[vx - 0.1, vy], bound=0.2)
+    m.initial_state(q={"z": 0.6})
+    return m
+
+
 def unconstrained() -> sg.Model:
     """No constraint at all: a double pendulum in absolute angles."""
     m = sg.Model("unconstrained")

@@ -69,7 +69,11 @@ static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
 }
 
 /* Percussion rows of a slot, at least one, for divisions. */
-#define SG_ROWS (SG_NC > 0 ? SG_NC : 1)
+#if SG_NC > 0
+#define SG_ROWS SG_NC
+#else
+#define SG_ROWS 1
+#endif
 
 /* First of the slip rows in a slot. */
 enum { SG_NORMAL = SG_NG + SG_NGAMMA, SG_SLIP = SG_NG + SG_NGAMMA + SG_NN };

@@ -26,6 +26,11 @@ int main(void) {
     any(SG_NX_TOTAL, work.x, 1e3);
     any(SG_NL_TOTAL, work.lambda, 1e3);
     work.careful = Frama_C_interval(0, 1);
+#ifdef ANY_OPTIONS
+    work.lenient = Frama_C_interval(0, 1);
+    opt.scaling = Frama_C_interval(0, 1) ? M_SCALING_ROWS : M_SCALING_NONE;
+    opt.r = Frama_C_double_interval(0.0, 1e3);
+#endif
 #if SG_KEY > 0
     m_evaluate_terms(work.t, work.q, &par, work.trial.terms);
 #endif
