@@ -153,6 +153,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a shared term is taken for another", "codegen/sharing.py", 'ca.SX.sym(f"at->common[{i}]")', 'ca.SX.sym(f"at->common[{0 * i}]")'),
     Mutant("a term of a place is taken for another", "codegen/sharing.py", 'ca.SX.sym(f"{array}[{len(column)}]")', 'ca.SX.sym(f"{array}[{0 * len(column)}]")'),
     Mutant("a term of a place loses its sign", "codegen/sharing.py", "symbol if sign == own else -symbol", "symbol if sign == own else symbol"),
+    Mutant("terms of a stage at t_n", L, '(stage_time(self.tableau.c[i]), f"&w->Q', '("w->t", f"&w->Q'),
     Mutant("terms in the state are used whatever changed", STEP, "s->has_terms = s->has_terms && s->key[k] == w->key[k];", "s->has_terms = s->has_terms && s->key[k] == s->key[k];"),
     Mutant("terms of another stage are kept for the next step", STEP, "&w->terms[(SG_STAGES - 2) * SG_TERMS]", "&w->terms[0]"),
     Mutant("a last attempt keeps less than the checker lets", NEWTON, "ends && pr->gap_slots > 0 ? SG_C(4.0)", "ends && pr->gap_slots > 0 ? SG_C(1.0)"),

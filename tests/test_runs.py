@@ -31,6 +31,25 @@ def test_a_step_that_does_not_divide_the_time_is_noted(stepper: Build) -> None:
         assert len(stepper(bouncing_ball.model, 3).simulate(t_end=0.3, dt=0.1)) == 4
 
 
+@pytest.mark.parametrize("stages", [2, 3])
+def test_a_lift_carries_its_load(stages: int, stepper: Build) -> None:
+    """A load on a floor that rises evenly: y = t at every stage, and P_N = m g h."""
+
+    def lift() -> sg.Model:
+        m = sg.Model("lift")
+        (y,) = m.coordinates("y")
+        (v,) = m.velocities
+        m.lagrangian = v**2 / 2 - 10 * y
+        m.contact("floor", g_N=y - m.time)
+        m.initial_state(q=[0.0], v=[1.0])
+        return m
+
+    traj = stepper(lift, stages).simulate(t_end=1, dt=0.1, record="stages")
+    np.testing.assert_allclose(traj.q[:, 0], traj.t, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(traj.Q[..., 0], traj.t_stage, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(traj.P_N[1:, 0], 1.0, rtol=0, atol=1e-12)
+
+
 def test_trajectory_fields(stepper: Build) -> None:
     compiled = stepper(mixed_contacts, 3)
     traj = compiled.simulate(t_end=0.2, dt=1e-2, inputs=[0.5], record="stages")
