@@ -176,7 +176,7 @@ def _distinct(plain: dict[int, ca.SX], array: str) -> tuple[ca.SX, dict[int, ca.
     }
     graph = Graph(list(plain.values()), names)
     column: list[ca.SX] = []
-    place: dict[tuple[int, ...], tuple[float, ca.SX]] = {}
+    found: dict[tuple[int, ...], tuple[float, ca.SX]] = {}
     symbols: dict[int, ca.SX] = {}
     for (k, value), root in zip(plain.items(), graph.roots, strict=True):
         node = graph.nodes[root]
@@ -186,10 +186,10 @@ def _distinct(plain: dict[int, ca.SX], array: str) -> tuple[ca.SX, dict[int, ca.
             sign, form = -1.0, node.args
         elif node.op == "-":
             sign, form = (1.0 if node.args[0] < node.args[1] else -1.0), tuple(sorted(node.args))
-        if form not in place:
-            place[form] = sign, ca.SX.sym(f"{array}[{len(column)}]")
+        if form not in found:
+            found[form] = sign, ca.SX.sym(f"{array}[{len(column)}]")
             column.append(value)
-        own, symbol = place[form]
+        own, symbol = found[form]
         symbols[k] = symbol if sign == own else -symbol
     return ca.vertcat(ca.SX(0, 1), *column), symbols
 
