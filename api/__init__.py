@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
-    from signorini.runtime.library import load
-    from signorini.runtime.stepper import Stepper
-    from signorini.runtime.trajectory import Trajectory
+    from signorini.runtime.simulator import Simulator
+    from signorini.runtime.stepper import Stepper, load
+    from signorini.runtime.trajectory import Event, Trajectory
     from signorini.verify.check import Report
     from signorini.workflow import build, check, generate
 
@@ -33,8 +33,10 @@ _HOMES = {
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
     "Report": "signorini.verify.check",
-    "load": "signorini.runtime.library",
+    "load": "signorini.runtime.stepper",
     "Stepper": "signorini.runtime.stepper",
+    "Simulator": "signorini.runtime.simulator",
+    "Event": "signorini.runtime.trajectory",
     "Trajectory": "signorini.runtime.trajectory",
     "RunError": "signorini.runtime.errors",
     "Batch": "signorini.runtime.batch",
@@ -53,6 +55,8 @@ __all__ = [
     "Batch",
     "StepError",
     "Stepper",
+    "Simulator",
+    "Event",
     "Trajectory",
     "__version__",
     "build",

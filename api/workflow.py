@@ -11,8 +11,8 @@ from signorini.codegen.model import Model
 from signorini.codegen.spec import emit_spec
 from signorini.codegen.validate import freeze
 from signorini.runtime.compile import cache_folder
-from signorini.runtime.library import load, read_manifest
-from signorini.runtime.stepper import Stepper
+from signorini.runtime.library import read_manifest
+from signorini.runtime.stepper import Stepper, load
 from signorini.verify.check import Checker, Report
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from signorini.benchmarks.cases import Case
 from signorini.runtime.compile import find_compiler
 from signorini.runtime.errors import RunError
-from signorini.runtime.library import load
+from signorini.runtime.stepper import load
 from signorini.workflow import generate
 
 HERE = Path(__file__).parent

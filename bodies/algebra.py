@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 import casadi as ca
 import sympy as sp
+from signorini.codegen.errors import ModelError
 from signorini.codegen.model import Model
 
 Vector = tuple[Any, ...]
@@ -18,6 +19,7 @@ class Algebra(Protocol):
     def cos(self, x: Any) -> Any: ...
     def sqrt(self, x: Any) -> Any: ...
     def minimum(self, a: Any, b: Any) -> Any: ...
+    def maximum(self, a: Any, b: Any) -> Any: ...
     def where_positive(self, x: Any, yes: Any, no: Any) -> Any:
         """`yes` where x > 0, else `no`."""
         ...
@@ -38,8 +40,12 @@ class _SymPy:
     def sqrt(self, x: Any) -> Any:
         return sp.sqrt(x)
 
+    # not evaluated: SymPy would compare all pairs of terms, at length
     def minimum(self, a: Any, b: Any) -> Any:
-        return sp.Min(a, b)
+        return sp.Min(a, b, evaluate=False)
+
+    def maximum(self, a: Any, b: Any) -> Any:
+        return sp.Max(a, b, evaluate=False)
 
     def where_positive(self, x: Any, yes: Any, no: Any) -> Any:
         return sp.Piecewise((yes, sp.sympify(x) > 0), (no, True))
@@ -68,6 +74,9 @@ class _CasADi:
     def minimum(self, a: Any, b: Any) -> Any:
         return ca.fmin(a, b)
 
+    def maximum(self, a: Any, b: Any) -> Any:
+        return ca.fmax(a, b)
+
     def where_positive(self, x: Any, yes: Any, no: Any) -> Any:
         return ca.if_else(ca.SX(x) > 0, yes, no)
 
@@ -86,6 +95,26 @@ class _CasADi:
 def algebra_of(model: Model) -> Algebra:
     """The algebra of the model's symbol world."""
     return _CasADi() if model.world.name == "casadi" else _SymPy()
+
+
+def number(model: Model, what: str, expr: Any) -> float:
+    """An expression of parameters as a number, with their defaults.
+
+    Raises
+    ------
+    ModelError
+        If it depends on anything else.
+    """
+    sx = model.world.to_sx(model.name, what, expr)
+    defaults = [float(p.default) for p in model.parameter_table.values()]
+    par = [model.world.to_sx(model.name, what, p) for p in model.par]
+    f = ca.Function("number", [ca.vertcat(ca.SX(0, 1), *par)], [sx], {"allow_free": True})
+    free = f.get_free()
+    if free:
+        raise ModelError(
+            model.name, what, f"depends on {free[0]}", "Only parameters may stand here"
+        )
+    return float(f(defaults))
 
 
 def total_derivative(model: Model, expr: Any) -> Any:

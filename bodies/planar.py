@@ -5,7 +5,9 @@ from typing import Any
 
 from signorini.bodies.algebra import dot, subtract
 from signorini.bodies.frames import Frame, Point, turned_in_plane
-from signorini.bodies.scene import Scene, polygon_edges
+from signorini.bodies.polygons import outline, pairs
+from signorini.bodies.scene import Scene
+from signorini.bodies.shapes import tangents
 from signorini.codegen.errors import ModelError
 
 
@@ -123,16 +125,42 @@ class Planar(Scene):
         one: Sequence[Point],
         other: Sequence[Point],
         *,
-        depth: Any,
+        guard: Any = None,
+        friction: bool = True,
         **laws: Any,
     ) -> None:
-        """Contacts of every corner of one polygon with every edge of another, both ways.
+        """Contacts between the corners and edges of two polygons.
 
-        Corners are given clockwise. `depth` is how far behind an edge a corner still counts as
-        touching it: less than half the thickness [m]. Contacts are named name_a0_1: corner 0 of
-        `one` with edge 1 of `other`, and name_b...
+        Parameters
+        ----------
+        name : str
+            Contacts are named ``name_a0_1``: corner 0 of `one` with edge 1 of `other`, between its
+            corners 1 and 2; ``name_b0_1`` the other way round.
+        one, other : sequence of Point
+            Corners one after the other, in either order, fixed in one frame each. Polygons that are
+            not convex are cut into convex pieces; where a place depends on parameters, with their
+            defaults.
+        guard : expression of t and q, optional
+            All these contacts exist in a step only if it is >= 0 at its start.
+        friction : bool
+            False leaves out the slip velocity.
+        **laws
+            ``mu``, ``e_N``, ``e_F`` as in `Model.contact`.
+
+        Raises
+        ------
+        ModelError
+            If the corners bound no polygon, or a law is wrong.
         """
-        for letter, corners, edges in (("a", one, other), ("b", other, one)):
-            for i, corner in enumerate(corners):
-                for j, edge in enumerate(polygon_edges(edges, depth)):
-                    self.contact(f"{name}_{letter}{i}_{j}", corner, edge, **laws)
+        what = f"polygons '{name}'"
+        shapes = [outline(self.model, what, corners) for corners in (one, other)]
+        for letter, found in zip("ab", pairs(self.algebra, *shapes), strict=True):
+            for pair in found:
+                slip = [dot(t, pair.velocity) for t in tangents(self.algebra, pair.normal)]
+                self.model.contact(
+                    f"{name}_{letter}{pair.corner}_{pair.edge}",
+                    g_N=pair.gap,
+                    gamma_F=slip if friction else None,
+                    guard=pair.guard if guard is None else self.algebra.minimum(pair.guard, guard),
+                    **laws,
+                )

@@ -5,7 +5,7 @@ from typing import Any
 
 from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
 from signorini.bodies.frames import Frame, Point
-from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
+from signorini.bodies.shapes import Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import Model
 
@@ -205,12 +205,6 @@ class Scene:
                 f"Give {self.dimension}",
             )
         return entries
-
-
-def polygon_edges(corners: Sequence[Point], depth: Any) -> list[Edge]:
-    """Edges of a polygon whose corners are given clockwise, so that outside is on the left."""
-    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
-    return [Edge(a, b, depth) for a, b in pairs]
 
 
 def _is_zero(x: Any) -> bool:

@@ -48,9 +48,9 @@ class Surface:
 class Edge:
     """An edge between two points of one frame; going along it, the free side is on the left.
 
-    `depth` is how far behind the edge, `beyond` how far beyond its ends a corner still counts as
-    touching it [m]. Keep `depth` small: a corner that comes around the end of the edge and lies
-    behind it is pushed out within one step, whatever energy that takes.
+    In front of the edge a corner touches it between its ends. Behind it a corner still counts up to
+    `depth` [m], and no nearer to an end than it is behind the edge: what lies nearer belongs to the
+    face around the corner. `beyond` lengthens the edge at both ends [m].
     """
 
     start: Point
@@ -141,7 +141,8 @@ def _with_edge(algebra: Algebra, one: Point, edge: Edge) -> Touch:
     apart = subtract(one.position, edge.start.position)
     gap, place = dot(n, apart), dot(t, apart)
     inside = algebra.minimum(place, length - place)
-    guard = algebra.minimum(inside + edge.beyond, gap + edge.depth)
+    behind = algebra.minimum(gap, 0)
+    guard = algebra.minimum(inside + edge.beyond + behind, gap + edge.depth)
     velocity = subtract(one.velocity, frame.velocity_at(one.position))
     return Touch(gap, n, velocity, guard)
 

@@ -185,47 +185,44 @@ class FunctionWriter:
             "initial_state", ("par",), blocks, out, (), doc=("Initial state of the model file.",)
         )
 
-    def consistency(self, n_contacts: int) -> CFunction:
-        """Constraints, gaps, their velocities and directions, for the check of a start."""
+    def consistency(self) -> tuple[CFunction, CFunction]:
+        """Constraints and gaps, then their velocities, each with its terms summed up."""
         d = self.d
         zero = ca.SX.zeros
         n_gamma, n_F = d.data.n_gamma, d.data.n_F
-        columns = {
-            "position": ca.vertcat(d["g"], zero(n_gamma, 1), d["g_N"], zero(n_F, 1)),
-            "velocity": ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]),
-            "direction": ca.reshape(ca.densify(d["W"]), -1, 1),
-            "drift": ca.vertcat(d["chi_g"], d["chi_gamma"], d["chi_N"], d["chi_F"]),
-            "guard": d["guard"],
+        q, v = ca.fabs(d.data.q), ca.fabs(d.data.v)
+        chi = ca.vertcat(d["chi_g"], d["chi_gamma"], d["chi_N"], d["chi_F"])
+        directions = ca.fabs(d["W"].T)
+        places = {
+            "value": ("g, g_N", ca.vertcat(d["g"], zero(n_gamma, 1), d["g_N"], zero(n_F, 1))),
+            "size": ("|W^T| |q|", directions @ q),
+            "guard": ("guards", d["guard"]),
         }
-        titles = {
-            "position": "g, g_N",
-            "velocity": "g_dot, gamma, g_N_dot, gamma_F",
-            "direction": "W^T row by row",
-            "drift": "chi",
-            "guard": "guards",
+        rates = {
+            "value": (
+                "g_dot, gamma, g_N_dot, gamma_F",
+                ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]),
+            ),
+            "size": ("|W^T| |v| + |chi|", directions @ v + ca.fabs(chi)),
         }
+        return (
+            self._consistency("evaluate_places", ("t", "q", "par"), places),
+            self._consistency("evaluate_rates", ("t", "q", "v", "par"), rates),
+        )
+
+    def _consistency(
+        self, name: str, arguments: Sequence[str], columns: dict[str, tuple[str, ca.SX]]
+    ) -> CFunction:
         blocks = []
-        for name, value in columns.items():
+        for field, (title, value) in columns.items():
             full = ca.densify(value)
             count = full.numel()
             if count:
-                blocks.append(
-                    _Block(
-                        titles[name],
-                        tuple(f"out->{name}[{k}]" for k in range(count)),
-                        tuple(full.nz[k] for k in range(count)),
-                        ("",) * count,
-                    )
-                )
+                targets = tuple(f"out->{field}[{k}]" for k in range(count))
+                entries = tuple(full.nz[k] for k in range(count))
+                blocks.append(_Block(title, targets, entries, ("",) * count))
         out = f"{self.prefix}_consistency *out"
-        return self._write(
-            "evaluate_consistency",
-            ("t", "q", "v", "par"),
-            blocks,
-            out,
-            (),
-            doc=("Start of a run.",),
-        )
+        return self._write(name, arguments, blocks, out, (), doc=("Start of a run.",))
 
     # --- functions of the scheme -----------------------------------------------------------------
 

@@ -25,8 +25,10 @@ QUANTITIES: dict[str, Quantity] = {
     "p": Quantity("p = (dL/dv)^T  (6)", "generalized momenta"),
     "L_q": Quantity("(dL/dq)^T", "generalized forces contained in L"),
     "force_size": Quantity(
-        "|(dL/dq)^T| + |f|, term by term", "size of the generalized forces before they cancel"
+        "|(dL/dq)^T| + |f| + |W_F| bound, term by term",
+        "size of all forces that can act in a row, before they cancel",
     ),
+    "bound_force": Quantity("|W_F| max(bound, 0)", "largest forces of the friction elements"),
     "force": Quantity(
         "dL/dq + f - p_q v - p_t", "what changes the velocities, with p_v dv/dt on the other side"
     ),
@@ -123,7 +125,21 @@ class Derivation:
         return ca.densify(ca.gradient(self.data.L, self.data.q))
 
     def _force_size(self) -> ca.SX:
-        return magnitude(self["L_q"]) + magnitude(ca.densify(self["f"]))
+        size = magnitude(self["L_q"]) + magnitude(ca.densify(self["f"]))
+        return size + self["bound_force"]
+
+    def _bound_force(self) -> ca.SX:
+        # friction with a given bound may be the only force there is
+        size = ca.SX.zeros(self.data.n_q, 1)
+        first = bound = 0
+        for c in self.data.contacts:
+            if c.g_N is None:
+                radius = self["bound"][bound]
+                directions = ca.fabs(ca.densify(self["W_F"][:, first : first + c.n_F]))
+                size += ca.sum2(directions) * ca.if_else(radius > 0, radius, 0)
+                bound += 1
+            first += c.n_F
+        return size
 
     def _force(self) -> ca.SX:
         return ca.densify(self["L_q"] + self["f"] - self["p_q"] @ self.data.v - self["p_t"])

@@ -64,9 +64,12 @@ def struct_sizes(structs: tuple[Struct, ...], real: int) -> dict[str, int]:
     return sizes
 
 
-def stack_bound(real: int, locals_: int, lines: int) -> int:
-    """Bound from the locals of the largest function and the statements of all of them."""
-    return 1600 + real * (locals_ + locals_ // 4 + lines // 6)
+def stack_bound(real: int, locals_: int, lines: int, start: int, n_contacts: int) -> int:
+    """Bound from the locals of the largest function and the statements of all of them.
+
+    `start` is the size of what `p_init` keeps, and `p_simulate` keeps a state of every contact.
+    """
+    return 1600 + real * (locals_ + locals_ // 4 + lines // 6) + max(start, _INT * n_contacts)
 
 
 def flash_bound(lines: int, operations: int, products: int) -> int:

@@ -35,11 +35,11 @@ def full_order_scheme(d: Derivation, stages: int) -> Scheme:
 
         p(t^i, Q^i, U^i) = p_n + sum_j a_ij F^j,    gamma(t^i, Q^i, U^i) = 0    (T1), (T2)
 
-    for R_gamma^2 ... R_gamma^s; R_gamma^1 / h is the force at t_n, carried over from
-    R_gamma^s / h of the step before (T3) and found at the start of a run from the equations of
-    motion (T4). (T1) ... are the equations of docs/theory.md.
+    for R_gamma^2 ... R_gamma^s; R_gamma^1 / h is the force at t_n (T3), found at the start of
+    every step from the equations of motion (T4). (T1) ... are the equations of docs/theory.md.
     R^s enters the U^i, so that all unknowns but that force stand in one problem. The order is
-    2 s - 2.
+    2 s - 2. Nothing is carried from step to step: a force that is has a mode of its own, which
+    grows wherever the constrained motion contracts.
     """
     return _FullOrder(d, stages).scheme()
 
@@ -50,13 +50,13 @@ class _FullOrder(Lobatto):
         data = d.data
         n, n_R = self.n, self.n_R
         self.n_g, self.n_gamma = data.n_g, data.n_gamma
-        # problem 0: velocity increments and percussions of the start; problem 1: V, U and R
+        # problem 0: accelerations and forces at t_n, times h; problem 1: V, U and R
         self.first_x = n
         self.x = column("w->x", s * n, n)
         self.U = column("w->x", (s - 1) * n, n + s * n)
         self.v_end = self.U[(s - 2) * n :]
         self.lam = column("w->lambda", s * n_R, n_R)
-        self.carried = column("w->carried", self.n_gamma)
+        self.start_percussion = column("w->lambda", self.n_gamma, self.n_g)
         self.auxiliary, self.auxiliary_jacobian = share(*self.others)
         self.forces = Point(
             "forces",
@@ -81,9 +81,9 @@ class _FullOrder(Lobatto):
         return self.lam[i * self.n_R : i * self.n_R + self.n_g]
 
     def R_gamma(self, i: int) -> ca.SX:
-        """R_gamma^{i+1}: carried for the first stage, slot i - 1 for the others."""
+        """R_gamma^{i+1}: that of problem 0 for the first stage, slot i - 1 for the others."""
         if i == 0:
-            return self.h * self.carried
+            return self.start_percussion
         first = (i - 1) * self.n_R + self.n_g
         return self.lam[first : first + self.n_gamma]
 
@@ -91,7 +91,7 @@ class _FullOrder(Lobatto):
         rows = [x for i in range(self.s) for x in (self.R_g(i), self.R_gamma(i))]
         return Assembly(
             "stage_percussions",
-            (dense("w->R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h times the force"),),
+            (dense("w->R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h lambda_n  (T3)"),),
         )
 
     def percussions_of(self, i: int) -> str:
@@ -139,7 +139,6 @@ class _FullOrder(Lobatto):
             (self.opening_values(),),
             (),
             self.opening_derivatives(),
-            opening=True,
         )
         whole = Problem(
             "whole",
@@ -193,6 +192,7 @@ class _FullOrder(Lobatto):
             finish=self.finish(),
             record=self.record(),
             coefficients=paper.coefficients,
+            stable_phase=paper.stable_phase,
         )
 
     def _start_directions(self) -> ca.SX:
@@ -318,7 +318,6 @@ class _FullOrder(Lobatto):
                 dense("w->q_end", Q, "q_{n+1} = Q^s"),
                 dense("w->v_end", self.v_end, "v_{n+1} = U^s"),
                 dense("w->P", ca.vertcat(P_g, P_gamma), "Delta P = sum_j b_j R^j"),
-                dense("w->carried_end", self.R_gamma(s - 1) / self.h, "R_gamma^s / h  (T3)"),
             ),
         )
 

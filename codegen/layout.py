@@ -11,11 +11,18 @@ STATUSES: tuple[tuple[str, str], ...] = (
     ("OK_SUBSTEPPED", "solved in substeps"),
     ("BAD_ARGUMENT", "an argument, option or coefficient is out of its range"),
     ("NONFINITE", "a state, input or model function is infinite or not a number"),
-    ("SINGULAR", "the mass matrix or the smooth part of the Jacobian is singular"),
+    (
+        "SINGULAR",
+        "the mass matrix is singular or indefinite, or the smooth part of the Jacobian singular",
+    ),
     ("NOT_CONVERGED", "the iteration did not converge"),
-    ("REJECTED", "the solution found does not satisfy the scheme"),
+    ("REJECTED", "the solutions found do not satisfy the scheme"),
     ("INCONSISTENT_START", "the initial state violates a constraint or penetrates a contact"),
 )
+
+# States of a contact at the end of a step; SLIP_BACK: one slip component, negative.
+CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
+EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
 
@@ -142,7 +149,7 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("v", "real", (n.n_q,), "velocities"),
         Field("t_grid", "real", (), "time where steps of size h_grid began"),
         Field("h_grid", "real", (), "their size"),
-        Field("n_grid", "int", (), "their number: t = t_grid + n_grid h_grid"),
+        Field("n_grid", "real", (), "their number: t = t_grid + n_grid h_grid"),
         Field("warm", "int", (), "differences known below; 0: the next step starts cold"),
         Field("order", "int", (), "differences that predict the next step best"),
         Field("h_guess", "real", (), "step size of the last step"),
@@ -153,8 +160,13 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("lambda_1", "real", (n.n_lambda_total,), "their first backward difference"),
         Field("lambda_2", "real", (n.n_lambda_total,), "their second backward difference"),
         Field("closed", "int", (n.n_contacts,), "contacts closed at the end of the last step"),
-        Field("has_force", "int", (), "whether the forces below are known"),
-        Field("carried", "real", (n.n_gamma,), "forces of the velocity constraints"),
+        Field(
+            "contact", "int", (n.n_contacts,), "states of the contacts: OPEN, CLOSED, STICK, ..."
+        ),
+        Field(
+            "states", "int", (n.n_problems,), "contact states of the last solution, each problem's"
+        ),
+        Field("choice", "int", (n.n_problems,), "how its percussions were chosen, see info"),
     )
     if n.n_key:
         state += (
@@ -172,21 +184,40 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("residual", "real", (), "largest scaled residual accepted"),
         Field("smallest_gap", "real", (), "smallest gap at any stage"),
         Field("P", "real", (n.n_R,), "percussions of the step: P_g, P_gamma, P_N, P_F"),
+        Field(
+            "contact", "int", (n.n_contacts,), "states of the contacts: OPEN, CLOSED, STICK, ..."
+        ),
+        Field("impacts", "int", (n.n_contacts,), "impacts of each contact in the step"),
+    )
+    event = (
+        Field("t", "real", (), "end of the step"),
+        Field("contact", "int", (), "which contact"),
+        Field("kind", "int", (), "EVENT_IMPACT, EVENT_CLOSE, ..."),
+        Field("P_N", "real", (), "normal percussion of the step"),
+        Field("P_F", "real", (2,), "friction percussion of the step"),
+        Field("energy", "real", (), "change of the energy in the step of an impact, else 0"),
     )
     record = (
-        Field("t", "real*", (), "rows of 1; any pointer may be NULL"),
-        Field("q", "real*", (), "rows of N_Q"),
-        Field("v", "real*", (), "rows of N_Q"),
-        Field("P", "real*", (), "rows of N_R"),
-        Field("residual", "real*", (), "rows of 1"),
-        Field("smallest_gap", "real*", (), "rows of 1"),
+        Field("t", "real*", (), "rows of 1, the last step's; any pointer may be NULL"),
+        Field("q", "real*", (), "rows of N_Q, the last step's"),
+        Field("v", "real*", (), "rows of N_Q, the last step's"),
+        Field("P", "real*", (), "rows of N_R, summed up"),
+        Field("residual", "real*", (), "rows of 1, the largest"),
+        Field("smallest_gap", "real*", (), "rows of 1, the smallest"),
+        Field("energy", "real*", (), "rows of 2, the smallest and the largest at the steps' ends"),
         Field(
             "counts",
             "int*",
             (),
-            "rows of 6: status, iterations, substeps, rescues, percussions, lost_impacts",
+            "rows of 7: status, iterations, substeps, rescues, percussions, lost_impacts, impacts; "
+            "worst status, sums, all rescues, worst choice",
         ),
-        Field("stage_t", "real*", (), "rows of N_STAGES; all four stage arrays or none"),
+        Field("contact", "int*", (), "rows of N_CONTACTS, states at the end of the last step"),
+        Field("events", "event*", (), "changes of contact states, the first max_events of them"),
+        Field("n_events", "int*", (), "how many there were; the caller sets it to 0"),
+        Field("max_events", "int", (), "events that have room"),
+        Field("begun", "int", (), "steps of an earlier call that belong to row 0"),
+        Field("stage_t", "real*", (), "rows of N_STAGES, the last step's; NaN if it has substeps"),
         Field("stage_q", "real*", (), "rows of N_STAGES * N_Q"),
         Field("stage_v", "real*", (), "rows of N_STAGES * N_Q"),
         Field("stage_R", "real*", (), "rows of N_STAGES * N_R"),
@@ -205,10 +236,8 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         if any(point.stored(name) for name in point.fields)
     )
     consistency = (
-        Field("position", "real", (n.n_R,)),
-        Field("velocity", "real", (n.n_R,)),
-        Field("direction", "real", (n.n_R, n.n_q)),
-        Field("drift", "real", (n.n_R,)),
+        Field("value", "real", (n.n_R,), "rows of constraints and contacts"),
+        Field("size", "real", (n.n_R,), "their terms, summed up"),
         Field("guard", "real", (n.n_contacts,)),
     )
     return (
@@ -216,7 +245,12 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Struct("options", "Options of the step.", options),
         Struct("state", "All that influences the next step; plain data.", state),
         Struct("info", "What a step reports.", info),
-        Struct("record", "Buffers of the caller for many steps.", record),
+        Struct("event", "A change of a contact's state.", event),
+        Struct(
+            "record",
+            "Buffers of the caller for many steps; a row stands for `every` steps.",
+            record,
+        ),
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),
         Struct("work", "Scratch of one step; nothing survives in it.", _work(scheme, n, points)),
@@ -263,6 +297,8 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("guard", "real", (n.n_contacts,), "guards"),
         Field("exists", "int", (n.n_contacts,), "guard >= 0 at the start"),
         Field("active", "int", (n.n_contacts,), "closed at the end, (67)"),
+        Field("states", "int", (n.n_problems,), "contact states of the solutions, in one number"),
+        Field("choice", "int", (n.n_problems,), "how their percussions were chosen"),
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),
         *places,
@@ -271,9 +307,6 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("v_end", "real", (n.n_q,), "v_{n+1}"),
         Field("P", "real", (n.n_R,), "percussions of the (sub)step"),
         Field("R", "real", (n.stages, n.n_R), "percussions of the stages, at full order"),
-        Field("opened", "int", (), "whether the forces at the start were found in this step"),
-        Field("carried", "real", (n.n_gamma,), "forces of the velocity constraints at the start"),
-        Field("carried_end", "real", (n.n_gamma,), "the same at the end, at full order"),
         Field("x", "real", (n.n_x_total,), "unknown velocities of all problems"),
         Field("lambda", "real", (n.n_lambda_total,), "unknown percussions of all problems"),
         Field("r", "real", (n.n_x,), "smooth rows"),
@@ -336,6 +369,9 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("S", "real", (n.n_lambda, n.n_lambda), "percussion system by columns"),
         Field("cell", "real", (n.n_lambda, n.n_lambda), "percussion system of a rescue"),
         Field("rhs", "real", (n.n_lambda,)),
+        Field("least", "real", (n.n_lambda,), "percussions of least norm, cones left aside"),
+        Field("within", "real", (n.n_lambda,), "their projection into the cones"),
+        Field("correction", "real", (n.n_lambda,), "what the projections left out so far"),
         Field("solution", "real", (n.n_lambda,)),
         Field("root_scale", "real", (n.n_lambda,), "scales of the reduced percussions"),
         Field("inverse_scale", "real", (n.n_lambda,), "their inverses"),

@@ -19,7 +19,7 @@ from signorini.codegen.scheme import (
     restitution,
 )
 from signorini.codegen.sharing import share, terms_of_place
-from signorini.codegen.tableau import lobatto
+from signorini.codegen.tableau import first_instability, lobatto
 
 _STAGE_ROWS = ("g", "gamma", "g_N", "gamma_F")
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
@@ -226,6 +226,7 @@ class Lobatto:
             finish=self.finish(),
             record=self.record(),
             coefficients=self.tableau.arrays(),
+            stable_phase=first_instability(self.s),
         )
 
     def start_assembly(self) -> Assembly:

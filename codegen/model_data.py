@@ -84,6 +84,14 @@ class ModelData:
     t_end: float = 1.0
 
     @property
+    def explicit_time(self) -> bool:
+        """Whether forces, constraints or contacts depend on t otherwise than through the motion."""
+        laws = [
+            x for c in self.contacts for x in (c.g_N, c.gamma_F, c.bound, c.guard) if x is not None
+        ]
+        return bool(ca.depends_on(ca.vertcat(self.L, self.f, self.g, self.gamma, *laws), self.t))
+
+    @property
     def n_q(self) -> int:
         return len(self.coordinates)
 

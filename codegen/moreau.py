@@ -58,7 +58,7 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         ("t", "q", "v", "u", "par", "h"),
         {
             "force": d["force"],
-            "force_size": magnitude(d["force"]),
+            "force_size": magnitude(d["force"]) + d["bound_force"],
             "guard": _closed(d),
             **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
             **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},

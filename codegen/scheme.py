@@ -167,8 +167,6 @@ class Problem:
         K, B, C and the derivatives of the radii.
     last_rows : int, optional
         How many bilateral rows the last slot has, by default all.
-    opening : bool
-        The problem finds the constraint forces at the start that later steps carry along.
     """
 
     name: str
@@ -182,7 +180,6 @@ class Problem:
     derivatives: tuple[Call | Assembly, ...]
     jacobian: Jacobian
     last_rows: int | None = None
-    opening: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +188,7 @@ class Scheme:
 
     `terms` stand in work.terms. If the scheme `recalls`, these are of the stages 2 ... s, those of
     the last hold at the end, and those of the first stand in work.trial before `start`.
+    `stable_phase` is the smallest h omega at which a linear oscillation of frequency omega grows.
     `guarded` tells which contacts exist only while their entry of work.guard is >= 0 at the start
     of a step; by default those with a guard in the model.
     """
@@ -209,6 +207,7 @@ class Scheme:
     record: Assembly
     coefficients: dict[str, np.ndarray] = field(default_factory=dict)
     guarded: tuple[bool, ...] | None = None
+    stable_phase: float = 2.0
 
 
 def call(

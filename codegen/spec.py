@@ -8,6 +8,7 @@ from importlib import resources
 from importlib.metadata import version
 from typing import Any
 
+import casadi as ca
 from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
@@ -22,7 +23,17 @@ from signorini.codegen.footprint import (
     struct_sizes,
 )
 from signorini.codegen.full_order import full_order_scheme
-from signorini.codegen.layout import MAX_ITERATIONS, STATUSES, Field, Sizes, Struct, sizes, structs
+from signorini.codegen.layout import (
+    CONTACT_STATES,
+    EVENT_KINDS,
+    MAX_ITERATIONS,
+    STATUSES,
+    Field,
+    Sizes,
+    Struct,
+    sizes,
+    structs,
+)
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
 from signorini.codegen.moreau import moreau_scheme
@@ -41,10 +52,12 @@ RUNTIME_FILES = (
     "sg_newton.c",
     "sg_path.c",
     "sg_central.c",
-    "sg_solve.c",
+    "sg_least.c",
     "sg_check.c",
+    "sg_solve.c",
     "sg_step.c",
     "sg_simulate.c",
+    "sg_stable.c",
 )
 
 # Public model functions and their arguments; those without entries are left out.
@@ -120,7 +133,6 @@ class ProblemSpec:
     response_row: int
     gap_slots: int
     last_rows: int
-    opening: bool
     follows: bool
     n_border: int
     response: tuple[tuple[str, str], ...]
@@ -142,9 +154,11 @@ class EmitSpec:
     prefix: str
     upper: str
     symbols: str
+    explicit_time: bool
     scheme: str
     title: str
     stages: int
+    stable_phase: float
     velocity_constraints: str
     precision: Precision
     sizes: Sizes
@@ -161,7 +175,8 @@ class EmitSpec:
     structs: tuple[Struct, ...]
     functions: tuple[CFunction, ...]
     helpers: tuple[CFunction, ...]
-    consistency: CFunction
+    consistency: tuple[CFunction, ...]
+    bilateral: CFunction
     initial_state: CFunction
     index_type: str
     mobility: bool
@@ -184,6 +199,22 @@ class EmitSpec:
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
 
     @property
+    def contact_states(self) -> tuple[str, ...]:
+        """Names of the states of a contact, from 0."""
+        return CONTACT_STATES
+
+    @property
+    def event_kinds(self) -> tuple[str, ...]:
+        """Names of the kinds of events, from 0."""
+        return EVENT_KINDS
+
+    @property
+    def stable_scratch(self) -> int:
+        """Reals that p_stable_step needs from its caller."""
+        n = self.sizes
+        return 2 * n.n_q**2 + n.n_q * max(n.n_q, n.n_g + n.n_gamma) + 2 * n.n_q
+
+    @property
     def directions(self) -> int:
         """Most directions of a central path."""
         return DIRECTIONS
@@ -194,18 +225,13 @@ class EmitSpec:
         return MAX_ITERATIONS
 
     @property
-    def carries(self) -> bool:
-        """Whether the state carries constraint forces along."""
-        return any(p.opening for p in self.problems)
-
-    @property
     def footprint(self) -> Footprint:
         """Memory and operations."""
         real = self.precision.size
         sizes = struct_sizes(self.structs, real)
         written = (
             *(*self.functions, *self.helpers),
-            *(self.finish, self.record, self.consistency, self.initial_state),
+            *(self.finish, self.record, *self.consistency, self.bilateral, self.initial_state),
         )
         operations = {f.name: f.operations for f in self.helpers}
 
@@ -236,7 +262,11 @@ class EmitSpec:
         return Footprint(
             **{name: sizes[name] for name in ("state", "work", "params", "options", "info")},
             stack=stack_bound(
-                real, max(len(f.temporaries) + len(f.aliases) for f in written), lines
+                real,
+                max(len(f.temporaries) + len(f.aliases) for f in written),
+                lines,
+                sizes["consistency"],
+                n.n_contacts,
             ),
             flash=flash_bound(
                 lines,
@@ -348,8 +378,7 @@ def _velocity_constraints(data: ModelData, scheme: str, asked: str | None) -> st
         )
     if asked == "full_order" and not possible:
         reason = (
-            "it has contacts, and the force that is carried from step to step means nothing after "
-            "an impact"
+            "it has contacts, whose impacts this form does not know yet"
             if data.contacts
             else "it has no velocity constraints"
             if not data.n_gamma
@@ -427,9 +456,11 @@ class _Builder:
             prefix=self.prefix,
             upper=self.prefix.upper(),
             symbols=data.symbols,
+            explicit_time=data.explicit_time,
             scheme=plan.name,
             title=plan.title,
             stages=plan.stages,
+            stable_phase=plan.stable_phase,
             velocity_constraints=self.velocity_constraints,
             precision=self.precision,
             sizes=self.sizes,
@@ -446,7 +477,12 @@ class _Builder:
             structs=self.structs,
             functions=functions,
             helpers=tuple(self.helpers),
-            consistency=self.writer.consistency(self.sizes.n_contacts),
+            consistency=self.writer.consistency(),
+            bilateral=self.writer.of_place(
+                "bilateral_directions",
+                ca.vec(ca.densify(ca.horzcat(self.d["W_g"], self.d["W_gamma"]))),
+                "W_g, W_gamma by columns",
+            ),
             initial_state=self.writer.initial_state(),
             index_type=_index_type(tables),
             mobility=plan.inertia.mobility,
@@ -503,7 +539,6 @@ class _Builder:
                     last_rows=(
                         self.sizes.n_g + self.sizes.n_gamma if p.last_rows is None else p.last_rows
                     ),
-                    opening=p.opening,
                     follows=p.follows,
                     response=tuple(
                         (self.precision.number(a), self.precision.number(b)) for a, b in p.response
@@ -615,6 +650,9 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "stages": spec.stages,
         "velocity_form": spec.velocity_constraints,
         "precision": spec.precision.name,
+        "explicit_time": spec.explicit_time,
+        "stable_phase": spec.stable_phase,
+        "stable_scratch": spec.stable_scratch,
         "sizes": asdict(spec.sizes),
         "coordinates": list(spec.coordinates),
         "velocities": list(spec.velocities),
@@ -625,6 +663,8 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "contacts": [asdict(c) for c in spec.contacts],
         "outputs": list(spec.outputs),
         "statuses": [list(s) for s in spec.statuses],
+        "contact_states": list(spec.contact_states),
+        "event_kinds": list(spec.event_kinds),
         "structs": {s.name: [_field(f) for f in s.fields] for s in spec.structs},
         "functions": {
             f.name: {"arguments": list(f.arguments), "shape": list(f.shape)} for f in spec.functions

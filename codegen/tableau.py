@@ -82,6 +82,46 @@ def lobatto(s: int) -> Tableau:
     return Tableau(s, tuple(c), b, a, a_hat)
 
 
+@cache
+def first_instability(s: int) -> float:
+    """The smallest z = h omega above 0 at which the s-stage pair amplifies q'' = -omega^2 q.
+
+    The step is a matrix of determinant one; it amplifies where half its trace exceeds 1 in size.
+    Above the first such window there are stable step sizes again, and further windows.
+    """
+    a, a_hat, b = (lobatto(s).arrays()[name] for name in ("a", "a_hat", "b"))
+
+    def half_trace(z: np.ndarray) -> np.ndarray:
+        x = np.asarray(z, dtype=float)[..., None, None] ** 2
+        one = np.ones(s)
+        # V + x A_hat A V = v 1 - x q A_hat 1, with h = M = 1
+        system = np.eye(s) + x * (a_hat @ a)
+        from_q = np.linalg.solve(system, (-x * (a_hat @ one)[:, None]))[..., 0]
+        from_v = np.linalg.solve(system, np.broadcast_to(one[:, None], (*x.shape[:-2], s, 1)))[
+            ..., 0
+        ]
+        q_q = 1 + from_q @ b
+        v_v = 1 - x[..., 0, 0] * (from_v @ (a.T @ b))
+        return (q_q + v_v) / 2
+
+    z = np.linspace(1e-3, 8.0, 8000)
+    size = np.abs(half_trace(z))
+    for k in range(1, len(z) - 1):
+        if size[k] >= size[k - 1] and size[k] >= size[k + 1]:
+            # a maximum of |trace| / 2: narrow windows show only there
+            fine = np.linspace(z[k - 1], z[k + 1], 2001)
+            values = np.abs(half_trace(fine))
+        elif size[k] > 1:
+            fine = np.linspace(z[k - 1], z[k], 2001)
+            values = np.abs(half_trace(fine))
+        else:
+            continue
+        outside = np.flatnonzero(values > 1 + 1e-12)
+        if outside.size:
+            return float(fine[max(int(outside[0]) - 1, 0)])
+    return float(z[-1])
+
+
 def _nodes(s: int) -> list[mp.mpf]:
     n = s - 1
     # P_n(x) = 2^-n sum_k (-1)^k C(n, k) C(2n - 2k, n) x^(n - 2k); its derivative, highest first.

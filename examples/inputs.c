@@ -1,4 +1,4 @@
-/* Many steps in one call: inputs for every step in an array, every tenth step recorded.
+/* Many steps in one call: inputs for every step in an array, a row recorded for every ten steps.
  *
  *     signorini generate hopper --out hopper_c
  *     make inputs && ./inputs

@@ -10,13 +10,13 @@
 /* Inputs of a batch, run by run, and where its rows go. Row 0 of every run belongs to its start. */
 typedef struct {
     int n_runs, n_steps, every, n_u_rows; /* n_u_rows: rows of inputs of a run, 0: all share them */
-    int n_q, n_R, n_u;
+    int n_q, n_R, n_u, n_contacts;
     SG(real) h;
     const SG(real) * t0, *q0, *v0, *u;
     const SG(params) * params;
     const SG(options) * options;
-    SG(real) * t, *q, *v, *P, *residual, *smallest_gap;
-    int *counts, *status, *done;
+    SG(real) * t, *q, *v, *P, *residual, *smallest_gap, *energy;
+    int *counts, *contact, *status, *done;
 } SG(batch);
 
 typedef struct {
@@ -26,7 +26,7 @@ typedef struct {
 } worker;
 
 static void run_one(const SG(batch) * b, int k, SG(work) * work) {
-    const long rows = b->n_steps / b->every + 1;
+    const long rows = (b->n_steps + b->every - 1L) / b->every + 1;
     const long first = (long)k * rows + 1;
     SG(state) state;
     SG(info) info;
@@ -37,7 +37,12 @@ static void run_one(const SG(batch) * b, int k, SG(work) * work) {
     record.P = b->n_R > 0 ? &b->P[first * b->n_R] : NULL;
     record.residual = &b->residual[first];
     record.smallest_gap = &b->smallest_gap[first];
-    record.counts = &b->counts[first * 6];
+    record.energy = &b->energy[first * 2];
+    record.counts = &b->counts[first * 7];
+    record.contact = b->n_contacts > 0 ? &b->contact[first * b->n_contacts] : NULL;
+    record.events = NULL;
+    record.n_events = NULL;
+    record.max_events = record.begun = 0;
     record.stage_t = record.stage_q = record.stage_v = record.stage_R = NULL;
     b->done[k] = 0;
     b->status[k] = SG(init)(&state, &b->params[k], b->options, b->t0[k], &b->q0[(long)k * b->n_q],

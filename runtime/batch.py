@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from signorini.runtime.arguments import reals
 from signorini.runtime.errors import RunError
-from signorini.runtime.trajectory import Trajectory
+from signorini.runtime.memory import check_memory
+from signorini.runtime.trajectory import COUNTS, Event, Trajectory
 
 if TYPE_CHECKING:
     from signorini.runtime.library import Library
     from signorini.runtime.stepper import Stepper
 
-_COLUMNS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts")
+_FLOATS = ("t", "q", "v", "P", "residual", "smallest_gap", "energy_range")
+_NAMES = {"energy": "energy_range"}
 _BLOCK = 64  # runs of each thread between two calls of a progress function
 
 
@@ -32,11 +34,16 @@ class Batch:
     q, v : ndarray, shape (n, n_t, n_q)
         Coordinates and velocities.
     P : ndarray, shape (n, n_t, n_R)
-        Percussions of the step that ends at ``t``: g, gamma, N, F in turn.
+        Percussions of the steps up to ``t``, from the row before: g, gamma, N, F in turn.
     residual, smallest_gap : ndarray, shape (n, n_t)
         Largest scaled residual, smallest gap at any stage of the step.
-    counts : ndarray of int, shape (n, n_t, 6)
-        status, iterations, substeps, rescues, percussions, lost_impacts of the step.
+    energy_range : ndarray, shape (n, n_t, 2)
+        Smallest and largest energy at the ends of the steps that a row stands for [J].
+    counts : ndarray of int, shape (n, n_t, 7)
+        status, iterations, substeps, rescues, percussions, lost_impacts, impacts of the steps that
+        a row stands for.
+    contact : ndarray of int, shape (n, n_t, n_contacts)
+        States of the contacts, by the manifest's ``contact_states``; -1 is unknown.
     u : ndarray, shape (n or 1, n_steps, n_u)
         Inputs; one row of runs if all share them.
     steps : ndarray of int, shape (n,)
@@ -58,13 +65,16 @@ class Batch:
     P: np.ndarray
     residual: np.ndarray
     smallest_gap: np.ndarray
+    energy_range: np.ndarray
     counts: np.ndarray
+    contact: np.ndarray
     u: np.ndarray
     steps: np.ndarray
     status: list[str]
     parameters: dict[str, np.ndarray]
     options: dict[str, Any]
     every: int
+    h: float
     bytes_per_run: int
     bytes_per_thread: int
 
@@ -81,17 +91,37 @@ class Batch:
 
     def trajectory(self, k: int) -> Trajectory:
         """Run k as if it had been simulated alone."""
-        rows = int(self.steps[k]) // self.every + 1
+        rows = -(-int(self.steps[k]) // self.every) + 1
         n_steps = self.u.shape[1]
         u = self.u[k if len(self.u) > 1 else 0]
         index = np.minimum(np.arange(rows) * self.every, max(int(self.steps[k]) - 1, 0))
-        arrays = {
-            name: getattr(self, name)[k, :rows]
-            for name in ("t", "q", "v", "P", "residual", "smallest_gap", "counts")
-        }
+        arrays = {name: getattr(self, name)[k, :rows] for name in (*_FLOATS, "counts", "contact")}
         arrays["u"] = u[index] if n_steps else np.zeros((rows, u.shape[1]))
         parameters = {name: float(values[k]) for name, values in self.parameters.items()}
-        return Trajectory(self.stepper, arrays, parameters=parameters, options=self.options)
+        return Trajectory(
+            self.stepper,
+            arrays,
+            parameters=parameters,
+            options=self.options,
+            steps=int(self.steps[k]),
+            find_events=lambda: self._events(k, parameters),
+        )
+
+    def _events(self, k: int, parameters: dict[str, float]) -> list[Event]:
+        """Events of run k, found by running it again: it is the same to the last bit."""
+        steps = int(self.steps[k])
+        again = self.stepper.simulate(
+            t_end=float(self.t[k, 0]) + steps * self.h,
+            dt=self.h,
+            t0=float(self.t[k, 0]),
+            q0=self.q[k, 0],
+            v0=self.v[k, 0],
+            parameters=parameters,
+            inputs=self.u[k if len(self.u) > 1 else 0][:steps] if self.u.shape[2] else None,
+            every=max(steps, 1),
+            **self.options,
+        )
+        return again.events
 
 
 def run_batch(
@@ -126,16 +156,25 @@ def run_batch(
     n = count.n or 1
     table = _parameter_table(stepper, par, n)
     t, q, v = _starts(stepper, table, n, times, start)
-    rows, real = n_steps // every + 1, lib.dtype
+    rows, real = -(-n_steps // every) + 1, lib.dtype
+    row_shapes: dict[str, tuple[int, ...]] = {
+        "t": (),
+        "q": (sizes["n_q"],),
+        "v": (sizes["n_q"],),
+        "P": (sizes["n_R"],),
+        "residual": (),
+        "smallest_gap": (),
+        "energy": (2,),
+        "counts": (len(COUNTS),),
+        "contact": (sizes["n_contacts"],),
+    }
+    check_memory(n * rows, row_shapes.values(), np.dtype(real).itemsize, every)
     nan = np.nan
     result = {
-        "t": np.full((n, rows), nan, real),
-        "q": np.full((n, rows, sizes["n_q"]), nan, real),
-        "v": np.full((n, rows, sizes["n_q"]), nan, real),
-        "P": np.full((n, rows, sizes["n_R"]), nan, real),
-        "residual": np.full((n, rows), nan, real),
-        "smallest_gap": np.full((n, rows), nan, real),
-        "counts": np.full((n, rows, len(_COLUMNS)), -1, np.intc),
+        name: np.full((n, rows, *shape), -1, np.intc)
+        if name in ("counts", "contact")
+        else np.full((n, rows, *shape), nan, real)
+        for name, shape in row_shapes.items()
     }
     result["t"][:, 0], result["q"][:, 0], result["v"][:, 0] = t, q, v
     result["P"][:, 0] = result["residual"][:, 0] = result["counts"][:, 0] = 0
@@ -157,6 +196,7 @@ def run_batch(
         batch.n_runs, batch.n_steps, batch.every = some.stop - some.start, n_steps, every
         batch.n_u_rows = 0 if shared else n_steps
         batch.n_q, batch.n_R, batch.n_u = sizes["n_q"], sizes["n_R"], sizes["n_u"]
+        batch.n_contacts = sizes["n_contacts"]
         batch.h, batch.options = h, ctypes.pointer(options_c)
         for name, array in arrays.items():
             setattr(batch, name, array.ctypes.data_as(ctypes.c_void_p))
@@ -168,15 +208,25 @@ def run_batch(
         if progress is not None:
             progress(some.stop, n)
     named = {name: table[:, k].astype(float) for k, name in enumerate(stepper.parameters)}
+    for k in range(n):
+        at = (t[k], q[k], v[k])
+        values = dict(zip(stepper.parameters, map(float, table[k]), strict=False))
+        result["energy"][k, 0] = stepper.evaluate("energy", *at, parameters=values)
+    gaps: np.ndarray = result["smallest_gap"]
+    gaps[gaps >= lib.largest] = np.inf
     return Batch(
         stepper,
-        **{name: a if name == "counts" else a.astype(float) for name, a in result.items()},
+        **{
+            _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(float, copy=False)
+            for name, a in result.items()
+        },
         u=u if not shared else u[:1],
         steps=done.astype(int),
         status=[lib.statuses[s] for s in status],
         parameters=named,
         options={k: value for k, value in options.items() if value is not None},
         every=every,
+        h=h,
         bytes_per_run=per_run,
         bytes_per_thread=ctypes.sizeof(lib.structs["work"]),
     )
@@ -289,9 +339,12 @@ def _inputs(stepper: "Stepper", inputs: Any, n_steps: int) -> tuple[np.ndarray, 
 def _struct(lib: "Library") -> Any:
     """The struct that the C driver takes."""
     if lib.batch_struct is None:
-        integers = ("n_runs", "n_steps", "every", "n_u_rows", "n_q", "n_R", "n_u")
+        integers = ("n_runs", "n_steps", "every", "n_u_rows", "n_q", "n_R", "n_u", "n_contacts")
         pointers = ("t0", "q0", "v0", "u", "params")
-        results = ("t", "q", "v", "P", "residual", "smallest_gap", "counts", "status", "done")
+        results = (
+            *("t", "q", "v", "P", "residual", "smallest_gap", "energy"),
+            *("counts", "contact", "status", "done"),
+        )
         lib.batch_struct = type(
             "batch",
             (ctypes.Structure,),

@@ -3,47 +3,16 @@
 import ctypes
 import hashlib
 import json
-import os
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from signorini.runtime.arguments import as_path
 from signorini.runtime.compile import compile_library
 from signorini.runtime.errors import RunError
 
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
-
 _REAL = {"double": (ctypes.c_double, np.float64), "float": (ctypes.c_float, np.float32)}
 _META_SIZES = ("params", "options", "state", "info", "record", "work")
-
-
-def load(folder: str | os.PathLike[str]) -> "Stepper":
-    """Load the stepper in a generated folder; compiles it if needed.
-
-    Needs NumPy and a C compiler only.
-
-    Parameters
-    ----------
-    folder : path
-        A folder that `generate` or ``signorini generate`` wrote.
-
-    Returns
-    -------
-    Stepper
-
-    Raises
-    ------
-    RunError
-        If the folder is no generated folder, or its files do not belong together.
-    CompilerError
-        If there is no C compiler or it fails.
-    """
-    from signorini.runtime.stepper import Stepper
-
-    return Stepper(Library(as_path("folder", folder)))
 
 
 class Library:
@@ -62,6 +31,7 @@ class Library:
         self.prefix: str = m["prefix"]
         self.sizes: dict[str, int] = m["sizes"]
         self.real, self.dtype = _REAL[m["precision"]]
+        self.largest = float(np.finfo(np.float32 if m["precision"] == "float" else np.float64).max)
         self.statuses: list[str] = [name for name, _ in m["statuses"]]
         self.status_texts: list[str] = [text for _, text in m["statuses"]]
         self.structs: dict[str, Any] = {}
@@ -83,6 +53,8 @@ class Library:
                 ctype: Any = ctypes.c_int if kind == "int" else self.real
             elif kind in ("int*", "real*"):
                 ctype = ctypes.POINTER(ctypes.c_int if kind == "int*" else self.real)
+            elif kind.endswith("*"):
+                ctype = ctypes.POINTER(self.structs[kind[:-1]])
             else:
                 ctype = self.structs[kind]
             members.append((f["name"], ctype * f["extent"] if f["extent"] else ctype))
@@ -111,6 +83,7 @@ class Library:
                     *(c_int, c_int, s["record"], pointer(c_int)),
                 ],
             ),
+            "stable_step": (real, [s["params"], real, array, array, array, array, array]),
             "problem": (
                 c_int,
                 [
@@ -204,7 +177,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     needed = (
         *("model", "prefix", "scheme", "stages", "precision", "sizes", "coordinates"),
         *("velocities", "inputs", "parameters", "contacts", "outputs", "statuses", "structs"),
-        *("functions", "problems", "runtime_hash", "model_hash"),
+        *("functions", "problems", "runtime_hash", "model_hash", "contact_states", "event_kinds"),
     )
     missing = [key for key in needed if not isinstance(manifest, dict) or key not in manifest]
     if missing:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from signorini.runtime.stepper import Stepper
 
-_FORMAT = 2
+_FORMAT = 3
 
 
 @dataclass(frozen=True)

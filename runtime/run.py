@@ -8,16 +8,34 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from signorini.runtime.arguments import reals
 from signorini.runtime.consistency import contradiction, report
+from signorini.runtime.diagnosis import check_coefficients, check_mass, first_nonfinite
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+from signorini.runtime.memory import check_memory
 from signorini.runtime.replay import FailedStep, fields_of
-from signorini.runtime.trajectory import Trajectory
+from signorini.runtime.stability import Watch
+from signorini.runtime.trajectory import COUNTS, Event, Trajectory
 
 if TYPE_CHECKING:
     from signorini.runtime.stepper import Stepper
 
 SUCCESS = 2  # largest status of a solved step
 _CHUNK = 4096  # steps between two calls of a progress function
+_EVENTS = 200_000  # most events that one call has room for
 Inputs = Callable[[float, np.ndarray, np.ndarray], Any]
+
+
+def event_of(stepper: "Stepper", event: Any) -> Event:
+    """An event of C by the user's names."""
+    m = stepper.manifest
+    contact = m["contacts"][event.contact]
+    return Event(
+        float(event.t),
+        contact["name"],
+        m["event_kinds"][event.kind].lower(),
+        float(event.P_N),
+        tuple(float(x) for x in event.P_F[: contact["components"]]),
+        float(event.energy),
+    )
 
 
 class Run:
@@ -46,25 +64,42 @@ class Run:
         self.work = lib.structs["work"]()
         self.info = lib.structs["info"]()
         n, s = stepper.sizes, stepper.stages
-        rows = n_steps // every
+        rows = -(-n_steps // every)
         self.rows = rows
-        self.buffers = {
-            "t": lib.array(np.zeros(rows + 1)),
-            "q": lib.array(np.zeros((rows + 1, n["n_q"]))),
-            "v": lib.array(np.zeros((rows + 1, n["n_q"]))),
-            "P": lib.array(np.zeros((rows + 1, n["n_R"]))),
-            "residual": lib.array(np.zeros(rows + 1)),
-            "smallest_gap": lib.array(np.full(rows + 1, np.inf)),
-            "counts": np.zeros((rows + 1, 6), dtype=np.intc),
+        shapes: dict[str, tuple[int, ...]] = {
+            "t": (),
+            "q": (n["n_q"],),
+            "v": (n["n_q"],),
+            "P": (n["n_R"],),
+            "residual": (),
+            "smallest_gap": (),
+            "counts": (len(COUNTS),),
+            "contact": (n["n_contacts"],),
         }
-        self.nothing = lib.array(np.zeros(1))
+        if every > 1:
+            shapes["energy"] = (2,)
         if stages:
-            self.buffers |= {
-                "stage_t": lib.array(np.zeros((rows, s))),
-                "stage_q": lib.array(np.zeros((rows, s, n["n_q"]))),
-                "stage_v": lib.array(np.zeros((rows, s, n["n_q"]))),
-                "stage_R": lib.array(np.zeros((rows, s, n["n_R"]))),
+            shapes |= {
+                "stage_t": (s,),
+                "stage_q": (s, n["n_q"]),
+                "stage_v": (s, n["n_q"]),
+                "stage_R": (s, n["n_R"]),
             }
+        check_memory(rows, shapes.values(), np.dtype(lib.dtype).itemsize, every)
+        self.buffers = {
+            name: np.zeros(
+                (rows if name.startswith("stage_") else rows + 1, *shape),
+                np.intc if name in ("counts", "contact") else lib.dtype,
+            )
+            for name, shape in shapes.items()
+        }
+        self.buffers["contact"][0] = -1
+        self.nothing = lib.array(np.zeros(1))
+        self.events: list[Event] = []
+        self.chunk = max(1, min(_CHUNK, _EVENTS // max(n["n_contacts"], 1)))
+        self.event_array = (lib.structs["event"] * max(1, self.chunk * n["n_contacts"]))()
+        check_coefficients(stepper, par)
+        check_mass(stepper, t, q, v, par)
         q_array, v_array = lib.array(q), lib.array(v)
         status = lib.call["init"](
             self.state, self.params, self.options, t, lib.pointer(q_array), lib.pointer(v_array)
@@ -72,7 +107,7 @@ class Run:
         name = lib.statuses[status]
         if name == "INCONSISTENT_START":
             raise InconsistentStartError(report(stepper, t, q, v, par))
-        if status > SUCCESS:
+        if status > SUCCESS and name != "NONFINITE":
             raise RunError(
                 f"model '{stepper.name}' cannot start at t = {t:g}, q = {q.tolist()}, "
                 f"v = {v.tolist()}: {lib.status_texts[status]}"
@@ -80,6 +115,27 @@ class Run:
         self.buffers["t"][0] = t
         self.buffers["q"][0] = q
         self.buffers["v"][0] = v
+        self.buffers["smallest_gap"][0] = np.inf
+        self.start = (t, q, v)
+
+    def look_at_start(self, u: np.ndarray) -> None:
+        """Raise if a function or derivative that the steps use is no number at the start.
+
+        Raises
+        ------
+        StepError
+            With the status NONFINITE and a trajectory of the start alone.
+        """
+        t, q, v = self.start
+        begin = time.perf_counter()
+        cause = first_nonfinite(self.stepper, t, q, v, u, self.par)
+        if cause:
+            raise StepError(
+                f"model '{self.stepper.name}' cannot start at t = {t:g}: NONFINITE, {cause}",
+                "NONFINITE",
+                self._trajectory(0, u.reshape(1, -1), begin),
+                self._failed("NONFINITE", u),
+            )
 
     def go(
         self,
@@ -91,36 +147,59 @@ class Run:
         begin = time.perf_counter()
         done = 0
         status = 0
+        watch = Watch(self.stepper, self.par, self.h, explicit=bool(used.size) or asked is not None)
         try:
-            while done < self.n_steps and status <= SUCCESS:
-                count = 1 if asked else min(_CHUNK, self.n_steps - done)
-                # A chunk ends on a recorded row, so that rows are counted from its start.
-                if not asked and count < self.n_steps - done:
-                    count = max(self.every, count - count % self.every)
+            if self.n_steps:
                 if asked:
+                    used[0] = self._ask(asked)
+                self.look_at_start(used[0])
+            watch.look_at_start(*self.start)
+            while done < self.n_steps and status <= SUCCESS:
+                count = 1 if asked else min(self.chunk, self.n_steps - done)
+                if asked and done:
                     used[done] = self._ask(asked)
                 status, taken = self._chunk(used, done, count)
                 done += taken
+                watch.look(self.state, done)
                 if progress is not None:
                     progress(done, self.n_steps)
-        except KeyboardInterrupt as error:
-            error.trajectory = self._trajectory(done, used, begin)  # type: ignore[attr-defined]
+        except (Exception, KeyboardInterrupt) as error:
+            # a controller that raises, an interruption: what was done is kept
+            if not isinstance(error, StepError):
+                kept = self._trajectory(done, used, begin)
+                error.trajectory = kept  # type: ignore[union-attr]
             raise
         trajectory = self._trajectory(done, used, begin)
         if status > SUCCESS:
-            t = float(self.state.t)
-            name = self.lib.statuses[status]
-            q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
-            cause = contradiction(self.stepper, t + self.h, q + self.h * v, v, self.par)
-            raise StepError(
-                f"model '{self.stepper.name}', step {done + 1} of {self.n_steps} at t = {t:g}: "
-                f"{name}, {self.lib.status_texts[status]}{cause and '; ' + cause}. The steps "
-                "before are in the error's attribute 'trajectory'",
-                name,
-                trajectory,
-                self._failed(name, used[done] if used.size else []),
+            raise self._error(
+                status, done, used[done] if used.size else used.ravel(), trajectory, watch
             )
         return trajectory
+
+    def _error(
+        self, status: int, done: int, u: np.ndarray, trajectory: Trajectory, watch: Watch
+    ) -> StepError:
+        t = float(self.state.t)
+        name = self.lib.statuses[status]
+        q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
+        causes = [contradiction(self.stepper, t + self.h, q + self.h * v, v, self.par)]
+        if name == "NONFINITE":
+            for part in (0.0, 0.5, 1.0):
+                at = (t + part * self.h, q + part * self.h * v, v)
+                causes.append(first_nonfinite(self.stepper, *at, u, self.par))
+                if causes[-1]:
+                    break
+        if name in ("NOT_CONVERGED", "NONFINITE"):
+            causes.append(watch.hint(t, q, v, u))
+        cause = "".join(f"; {text}" for text in causes if text)
+        return StepError(
+            f"model '{self.stepper.name}', step {done + 1} of {self.n_steps} at t = {t:g}: "
+            f"{name}, {self.lib.status_texts[status]}{cause}. The steps before are in the error's "
+            "attribute 'trajectory'",
+            name,
+            trajectory,
+            self._failed(name, u),
+        )
 
     def _failed(self, status: str, u: Any) -> FailedStep:
         m = self.stepper.manifest
@@ -149,18 +228,19 @@ class Run:
     def _chunk(self, u: np.ndarray, done: int, count: int) -> tuple[int, int]:
         lib = self.lib
         record = lib.structs["record"]()
-        # With feedback one step at a time is taken; it is recorded if its turn has come.
-        every = 1 if count < self.every else self.every
-        wanted = count >= self.every or (done + count) % self.every == 0
-        if wanted:
-            row = (done + count) // self.every if count < self.every else done // self.every + 1
-            for name, buffer in self.buffers.items():
-                first = row - 1 if name.startswith("stage_") else row
-                if first < len(buffer):
-                    kind = ctypes.c_int if name == "counts" else lib.real
-                    # An empty array has no address to rely on; nothing is written through it.
-                    rows = buffer[first:] if buffer.size else self.nothing
-                    setattr(record, name, rows.ctypes.data_as(ctypes.POINTER(kind)))
+        row = done // self.every + 1
+        for name, buffer in self.buffers.items():
+            first = row - 1 if name.startswith("stage_") else row
+            kind = ctypes.c_int if buffer.dtype == np.intc else lib.real
+            # An empty array has no address to rely on; nothing is written through it.
+            rows = buffer[first:] if buffer[first:].size else self.nothing
+            setattr(record, name, rows.ctypes.data_as(ctypes.POINTER(kind)))
+        found = ctypes.c_int(0)
+        if self.stepper.sizes["n_contacts"]:
+            record.events = self.event_array
+            record.n_events = ctypes.pointer(found)
+            record.max_events = len(self.event_array)
+        record.begun = done % self.every
         taken = ctypes.c_int(0)
         status = lib.call["simulate"](
             self.state,
@@ -171,19 +251,29 @@ class Run:
             lib.pointer(u[done:]) if u.size else None,
             self.h,
             count,
-            every,
-            record if wanted else None,
+            self.every,
+            record,
             taken,
         )
+        self.events += [event_of(self.stepper, self.event_array[k]) for k in range(found.value)]
         return status, taken.value
 
     def _trajectory(self, done: int, u: np.ndarray, begin: float) -> Trajectory:
-        rows = done // self.every
-        names = {"stage_t": "t_stage", "stage_q": "Q", "stage_v": "V", "stage_R": "R"}
+        rows = -(-done // self.every)
+        names = {
+            "stage_t": "t_stage", "stage_q": "Q", "stage_v": "V", "stage_R": "R",
+            "energy": "energy_range",
+        }  # fmt: skip
         arrays = {}
         for name, buffer in self.buffers.items():
-            kept = buffer[: rows if name in names else rows + 1]
-            arrays[names.get(name, name)] = kept if name == "counts" else kept.astype(float)
+            kept = buffer[: rows if name.startswith("stage_") else rows + 1]
+            integers = name in ("counts", "contact")
+            arrays[names.get(name, name)] = kept if integers else kept.astype(float, copy=False)
+        gaps = arrays["smallest_gap"]
+        gaps[gaps >= self.lib.largest] = np.inf
+        if "energy_range" in arrays:
+            start = self.stepper.evaluate("energy", *self.start, parameters=self.par)
+            arrays["energy_range"][0] = start
         # Inputs of row k: those held from t[k] on; the last row repeats the last step's.
         if self.n_steps and u.size:
             index = np.minimum(np.arange(rows + 1) * self.every, max(done - 1, 0))
@@ -196,4 +286,6 @@ class Run:
             parameters=self.par,
             options={k: v for k, v in self.option_values.items() if v is not None},
             seconds=time.perf_counter() - begin,
+            steps=done,
+            events=self.events,
         )

@@ -1,20 +1,48 @@
 """A loaded stepper: steps, whole runs, model functions, residuals."""
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from signorini.runtime.arguments import grid, number, reals, shaped
+from signorini.runtime.arguments import as_path, grid, number, reals, shaped
 from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.consistency import project
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
 from signorini.runtime.run import SUCCESS, Inputs, Run
+from signorini.runtime.simulator import Simulator
+from signorini.runtime.simulator import start as start_simulator
 from signorini.runtime.trajectory import Trajectory
 
 _ACTIVE_SETS = {"any_stage": 0, "end": 1}
 _SCALINGS = {"rows": 0, "none": 1}
+_LARGEST_TOL = 2.0**-10  # as runtime/c has it: a step solved less exactly is none
+
+
+def load(folder: str | os.PathLike[str]) -> "Stepper":
+    """Load the stepper in a generated folder; compiles it if needed.
+
+    Needs NumPy and a C compiler only.
+
+    Parameters
+    ----------
+    folder : path
+        A folder that `generate` or ``signorini generate`` wrote.
+
+    Returns
+    -------
+    Stepper
+
+    Raises
+    ------
+    RunError
+        If the folder is no generated folder, or its files do not belong together.
+    CompilerError
+        If there is no C compiler or it fails.
+    """
+    return Stepper(Library(as_path("folder", folder).resolve()))
 
 
 class Stepper:
@@ -108,11 +136,22 @@ class Stepper:
             If no consistent state is found near by.
         """
         par = self.check_parameters(parameters)
-        start = self.initial_state(par)
+        return project(self, *self.start_of(q0, v0, t0, par), par)
+
+    def start_of(
+        self, q0: Any, v0: Any, t0: float | None, parameters: Mapping[str, float]
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return (t, q, v) of a start; what is not given comes from the model file.
+
+        Raises
+        ------
+        RunError
+            For arguments that cannot be used.
+        """
+        start = self.initial_state(parameters)
         t = start[0] if t0 is None else number("t0", t0)
         q = self._vector("q0", q0, start[1], "coordinates")
-        v = self._vector("v0", v0, start[2], "velocities")
-        return project(self, t, q, v, par)
+        return t, q, self._vector("v0", v0, start[2], "velocities")
 
     # --- model functions -------------------------------------------------------------------------
 
@@ -323,9 +362,11 @@ class Stepper:
         active_set : {"any_stage", "end"}
             Which contacts take part in the impact equations; "end" is the paper's rule (67).
         record : {"steps", "stages"}
-            "stages" keeps t, q, v and percussions of every stage too.
+            "stages" keeps t, q, v and percussions of every stage of a row's last step, too; NaN
+            where that step was solved in substeps, whose stages are others.
         every : int
-            Record every `every`-th step.
+            Record a row for every `every` steps and one for what is left at the end. A row holds
+            the state at its end, and the sums or extremes of all its steps.
         scaling : {"rows", "none"}
             How `tol` is meant.
         max_halvings : int
@@ -357,10 +398,7 @@ class Stepper:
             "max_halvings": max_halvings,
             "max_iterations": max_iterations,
         }
-        start = self.initial_state(par)
-        t = start[0] if t0 is None else number("t0", t0)
-        q = self._vector("q0", q0, start[1], "coordinates")
-        v = self._vector("v0", v0, start[2], "velocities")
+        t, q, v = self.start_of(q0, v0, t0, par)
         h, n_steps = grid(t, number("t_end", t_end), number("dt", dt))
         if record not in ("steps", "stages"):
             raise RunError(f'record = {record!r}: choose "steps" or "stages"')
@@ -370,6 +408,54 @@ class Stepper:
         u, asked = self._inputs(inputs, n_steps)
         run = Run(self, par, options, t, q, v, h, n_steps, every, record == "stages")
         return run.go(u, asked, progress)
+
+    def start(
+        self,
+        *,
+        dt: float,
+        q0: Any = None,
+        v0: Any = None,
+        t0: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        record: bool = False,
+        max_halvings: int = 4,
+        **options: Any,
+    ) -> Simulator:
+        """A simulator that goes on step by step, for a controller in the loop.
+
+        Parameters
+        ----------
+        dt : float
+            Step size [s].
+        q0, v0, t0, parameters
+            As for `simulate`.
+        record : bool
+            Keep every step for `Simulator.trajectory`.
+        max_halvings, **options
+            As for `simulate`.
+
+        Returns
+        -------
+        Simulator
+
+        Raises
+        ------
+        RunError, InconsistentStartError, StepError
+            As for `simulate`.
+        """
+        return start_simulator(
+            self,
+            dt=dt,
+            q0=q0,
+            v0=v0,
+            t0=t0,
+            parameters=parameters,
+            record=record,
+            options={"max_halvings": max_halvings, **options},
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return load, (str(self.folder),)
 
     def simulate_batch(
         self,
@@ -402,7 +488,7 @@ class Stepper:
         inputs : None, array of shape (n_steps, n_u) for all or (n, n_steps, n_u)
             Held over each step.
         every : int
-            Record every `every`-th step.
+            Record a row for every `every` steps, as for `simulate`.
         threads : int
             By default as many as there are processors.
         progress : callable (done, total)
@@ -421,7 +507,16 @@ class Stepper:
         RunError
             For arguments that cannot be used, or that are for different numbers of runs.
         """
-        first = self.initial_state()[0] if t0 is None else float(np.ravel(reals("t0", t0))[0])
+        if t0 is None:
+            # a start time that depends on parameters: that of the first run
+            some = {
+                k: float(np.ravel(reals(k, x))[0])
+                for k, x in (parameters or {}).items()
+                if np.size(x)
+            }
+            first = self.initial_state(self.check_parameters(some))[0]
+        else:
+            first = float(np.ravel(reals("t0", t0))[0])
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
         return run_batch(
             self,
@@ -513,8 +608,9 @@ class Stepper:
         options.scaling = _SCALINGS[scaling]
         if tol is not None:
             options.tol = number("tol", tol)
-            if options.tol < 0 or (options.tol == 0 and scaling == "none"):
-                raise RunError(f"tol = {tol!r}: give a tolerance >= 0, > 0 with scaling='none'")
+            least = "0" if scaling == "rows" else "above 0"
+            if not 0 <= options.tol <= _LARGEST_TOL or (options.tol == 0 and scaling == "none"):
+                raise RunError(f"tol = {tol!r}: give a tolerance from {least} to {_LARGEST_TOL:g}")
         if r is not None:
             options.r = number("r", r)
             if options.r <= 0:
@@ -584,7 +680,9 @@ class Stepper:
         if n_u == 0:
             raise RunError(f"model '{self.name}' has no inputs")
         u = reals("inputs", inputs)
-        if u.ndim < 2 and u.size == n_u:
+        if u.ndim == 1 and n_u == 1 and u.size == n_steps:
+            u = u.reshape(n_steps, 1)
+        elif u.ndim < 2 and u.size == n_u:
             u = np.broadcast_to(u.reshape(1, n_u), (n_steps, n_u))
         if u.shape != (n_steps, n_u):
             raise RunError(

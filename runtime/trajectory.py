@@ -1,24 +1,26 @@
 """A trajectory: the recorded steps with everything that follows from them."""
 
-import contextlib
+import csv
 import json
 import os
 import struct
 import zipfile
 import zlib
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from signorini.runtime.arguments import as_path
 from signorini.runtime.errors import RunError
+from signorini.runtime.files import check_ending, write_whole
 
 if TYPE_CHECKING:
     from signorini.runtime.stepper import Stepper
 
-_FORMAT = 1
+_FORMAT = 2
 _STORED = (
-    *("t", "q", "v", "u", "P", "residual", "smallest_gap", "counts"),
+    *("t", "q", "v", "u", "P", "residual", "smallest_gap", "counts", "contact", "energy_range"),
     *("t_stage", "Q", "V", "R"),
 )
 _DERIVED = ("g", "g_dot", "gamma", "g_N", "g_N_dot", "gamma_F", "energy", "outputs")
@@ -28,7 +30,36 @@ _DAMAGE = (
     *(NotImplementedError, RuntimeError, MemoryError, struct.error, zlib.error),
     zipfile.BadZipFile,
 )
-_COUNTS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts")
+COUNTS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts", "impacts")
+# What the codes of C are called here: a slip of one component has a sign there.
+_STATE_NAMES = {"SLIP_BACK": "slip"}
+
+
+class Event(NamedTuple):
+    """A change of a contact's state in a step.
+
+    Attributes
+    ----------
+    t : float
+        End of the step [s].
+    contact : str
+        Name of the contact or friction element.
+    kind : str
+        ``"impact"``: it closed while its gap was shrinking; ``"close"``: it closed otherwise;
+        ``"open"``, ``"stick"``, ``"slip"``, ``"reverse"`` (of one slip component);
+        ``"guard"``: its guard took it away.
+    P_N, P_F : float, tuple of float
+        Percussions of the step [N s].
+    energy : float
+        Change of the energy in the step of an impact [J]; 0 for other kinds.
+    """
+
+    t: float
+    contact: str
+    kind: str
+    P_N: float
+    P_F: tuple[float, ...]
+    energy: float
 
 
 class Trajectory:
@@ -41,17 +72,25 @@ class Trajectory:
     q, v : ndarray, shape (n+1, n_q)
         Coordinates and velocities.
     P_g, P_gamma, P_N, P_F : ndarray, shape (n+1, n_g | n_gamma | n_N | n_F)
-        Percussions of the whole step that ends at ``t[k]``; row 0 is zero.
+        Percussions [N s] of all the steps from ``t[k-1]`` to ``t[k]``; divided by
+        ``t[k] - t[k-1]`` they are mean forces. Row 0 is zero.
     g, g_dot, gamma, g_N, g_N_dot, gamma_F : ndarray, shape (n+1, ...)
         Constraints, gaps, slip velocities at the recorded states.
     energy : ndarray, shape (n+1,)
         E = p^T v - L.
     outputs : ndarray, shape (n+1, n_outputs)
         The model's outputs.
-    iterations, status, substeps, rescues, percussions, lost_impacts : ndarray of int, (n+1,)
-        What the step reported; ``substeps`` is 0 for a step that was solved whole.
+    energy_range : ndarray, shape (n+1, 2)
+        Smallest and largest energy at the ends of the steps that a row stands for.
+    iterations, status, substeps, rescues, percussions, lost_impacts, impacts : ndarray of int
+        What the steps of the row reported: sums, the worst status, all rescues (1 cold start,
+        2 central path, 4 path or contacts held; added up), the least certain choice of
+        percussions (0 unique, 1 of least norm, 2 one of several). ``substeps`` is 0 where all
+        steps were solved whole.
     residual, smallest_gap : ndarray, shape (n+1,)
-        Largest scaled residual, smallest gap at any stage of the step.
+        Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
+    events : list of Event
+        Changes of contact states in every step of the run, recorded or not.
     contacts : dict
         Contact name -> {"P_N": column or None, "P_F": columns}.
     t_stage, Q, V, R_g, R_gamma, R_N, R_F : ndarray, shape (n, s, ...)
@@ -66,6 +105,9 @@ class Trajectory:
         self.parameters: dict[str, float] = about["parameters"]
         self.options: dict[str, Any] = about["options"]
         self.seconds: float = about.get("seconds", 0.0)
+        self.steps: int = about.get("steps", len(arrays["t"]) - 1)
+        self._events: list[Event] | None = about.get("events")
+        self._find_events: Callable[[], list[Event]] | None = about.get("find_events")
         self.model: str = stepper.name
         n = stepper.sizes
         at = np.cumsum([0, n["n_g"], n["n_gamma"], n["n_N"], n["n_F"]])
@@ -81,8 +123,12 @@ class Trajectory:
         arrays = self._arrays
         if name in ("t", "q", "v", "u", "residual", "smallest_gap"):
             return arrays[name]
-        if name in _COUNTS:
-            return arrays["counts"][:, _COUNTS.index(name)]
+        if name in COUNTS:
+            return arrays["counts"][:, COUNTS.index(name)]
+        if name == "energy_range":
+            if name in arrays:
+                return arrays[name]
+            return np.column_stack([self.energy, self.energy])
         kind, _, row = name.partition("_")
         if kind in ("P", "R") and row in self._columns:
             source = arrays["P"] if kind == "P" else self._stages("R")
@@ -115,8 +161,9 @@ class Trajectory:
                 "u",
                 "residual",
                 "smallest_gap",
-                *_COUNTS,
+                *COUNTS,
                 *_DERIVED,
+                "energy_range",
             }
             | {f"P_{name}" for name in self._columns}
         )
@@ -126,6 +173,13 @@ class Trajectory:
             f"Trajectory('{self.model}', {len(self) - 1} steps, "
             f"t = {self.t[0]:g} ... {self.t[-1]:g})"
         )
+
+    @property
+    def events(self) -> list[Event]:
+        """Changes of contact states in every step of the run, in the order of time."""
+        if self._events is None:
+            self._events = [] if self._find_events is None else self._find_events()
+        return self._events
 
     @property
     def contacts(self) -> dict[str, dict[str, Any]]:
@@ -141,7 +195,16 @@ class Trajectory:
     def __getitem__(self, key: str) -> np.ndarray:
         """Column by name: ``traj["x"]``, ``traj["x_dot"]``, ``traj["floor.P_N"]``, an output.
 
-        ``"floor.P_F"`` has shape (n+1,) for one slip component and (n+1, 2) for two.
+        ``"floor.state"`` is text: ``"open"``, ``"slip"``, ``"stick"``, or ``"closed"`` without slip
+        velocity, at the end of the row's last step; ``"unknown"`` before the first step.
+        ``"floor.force_N"``, ``"floor.force_F"`` and ``"hinge.force"`` are percussions divided by
+        the time that the row stands for: mean forces [N]. ``"floor.P_F"`` has shape (n+1,) for one
+        slip component and (n+1, 2) for two.
+
+        Raises
+        ------
+        KeyError
+            If there is no such column; the message lists those there are.
         """
         m = self._stepper.manifest
         if not isinstance(key, str):
@@ -159,49 +222,138 @@ class Trajectory:
             if quantity in ("P_F", "gamma_F") and columns["P_F"]:
                 values = getattr(self, quantity)[:, columns["P_F"]]
                 return values[:, 0] if values.shape[1] == 1 else values
+            if quantity == "state":
+                return self._states(list(self.contacts).index(contact))
+            if quantity in ("force_N", "force_F"):
+                percussion = self[f"{contact}.P_{quantity[-1]}"]
+                return (percussion.T / self._spans).T
         for blocks, rows in (
-            (m["constraints"], {"P_g": "P_g", "g": "g", "g_dot": "g_dot"}),
-            (m["velocity_constraints"], {"P_gamma": "P_gamma", "gamma": "gamma"}),
+            (m["constraints"], {"P_g": "P_g", "g": "g", "g_dot": "g_dot", "force": "P_g"}),
+            (
+                m["velocity_constraints"],
+                {"P_gamma": "P_gamma", "gamma": "gamma", "force": "P_gamma"},
+            ),
         ):
             first = 0
             for name, count in blocks:
                 if dot and name == contact and quantity in rows:
-                    return getattr(self, rows[quantity])[:, first : first + count]
+                    values = getattr(self, rows[quantity])[:, first : first + count]
+                    return values / self._spans[:, None] if quantity == "force" else values
                 first += count
-        raise KeyError(
-            f"no column '{key}'; there are coordinates {m['coordinates']}, velocities "
-            f"{m['velocities']}, inputs {m['inputs']}, outputs {m['outputs']}, and 'NAME.P_N', "
-            f"'NAME.P_F', 'NAME.g_N', 'NAME.gamma_F' for the contacts {list(self.contacts)}"
-        )
+        raise KeyError(f"no column '{key}'; there are: {', '.join(self.keys())}")
+
+    @property
+    def _spans(self) -> np.ndarray:
+        """The time that each row stands for; 1 for the start, whose percussions are zero."""
+        return np.concatenate([[1.0], np.diff(self.t)])
+
+    def _states(self, k: int) -> np.ndarray:
+        names = [
+            _STATE_NAMES.get(name, name.lower())
+            for name in self._stepper.manifest["contact_states"]
+        ]
+        return np.array([*names, "unknown"])[self._arrays["contact"][:, k]]
+
+    def keys(self) -> list[str]:
+        """Names of all columns, as ``traj[name]`` takes them."""
+        m = self._stepper.manifest
+        names = [*m["coordinates"], *m["velocities"], *m["inputs"], *m["outputs"]]
+        for c in m["contacts"]:
+            kinds = ["state"]
+            if c["normal"] >= 0:
+                kinds += ["P_N", "force_N", "g_N", "g_N_dot"]
+            if c["components"]:
+                kinds += ["P_F", "force_F", "gamma_F"]
+            names += [f"{c['name']}.{kind}" for kind in kinds]
+        for name, _ in m["constraints"]:
+            names += [f"{name}.{kind}" for kind in ("P_g", "force", "g", "g_dot")]
+        for name, _ in m["velocity_constraints"]:
+            names += [f"{name}.{kind}" for kind in ("P_gamma", "force", "gamma")]
+        return names
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a NumPy ``.npz`` file that `load` reads; replaced only when complete."""
+        """Write a NumPy ``.npz`` file that `load` reads, or a table ``.csv``.
+
+        The ``.npz`` holds, beside the arrays, what they mean: names of columns, units, energy,
+        gaps, states of contacts, outputs, parameters, versions. The ``.csv`` has a column for every
+        name of `keys` and the energy. A file is replaced only when the new one is complete.
+
+        Parameters
+        ----------
+        path : path
+            The ending decides the format.
+
+        Raises
+        ------
+        RunError
+            For an ending that stands for no format, or a file that cannot be written.
+        """
+        target = as_path("the file", path)
+        if not target.name or target.is_dir():
+            raise RunError(f"{target} is a folder: give a file name, e.g. run.npz")
+        writers = {".npz": self._write_npz, ".csv": self._write_csv}
+        check_ending(target, writers)
+        write_whole(target, writers[target.suffix])
+        return target
+
+    def _write_npz(self, path: Path) -> None:
         m = self._stepper.manifest
+        units = {p["name"]: p["unit"] for p in m["parameters"] if p["unit"]}
         about = {
             "format": _FORMAT,
             "model": self.model,
             "model_hash": m["model_hash"],
+            "scheme": m["scheme"],
             "stages": m["stages"],
+            "precision": m["precision"],
+            "generator": m["generator"],
+            "tools": m["tools"],
             "parameters": self.parameters,
             "options": self.options,
             "seconds": self.seconds,
+            "steps": self.steps,
+            "units": {"t": "s", **units},
+            "events": [tuple(event) for event in self.events],
+            "columns": {
+                "q": m["coordinates"],
+                "v": m["velocities"],
+                "u": m["inputs"],
+                "outputs": m["outputs"],
+                "contact": [c["name"] for c in m["contacts"]],
+                "contact_states": m["contact_states"],
+                "counts": list(COUNTS),
+                "P": [
+                    *(f"{name}.P_g" for name, count in m["constraints"] for _ in range(count)),
+                    *(
+                        f"{name}.P_gamma"
+                        for name, count in m["velocity_constraints"]
+                        for _ in range(count)
+                    ),
+                    *(f"{c['name']}.P_N" for c in m["contacts"] if c["normal"] >= 0),
+                    *(f"{c['name']}.P_F" for c in m["contacts"] for _ in range(c["components"])),
+                ],
+            },
         }
         arrays = {name: self._arrays[name] for name in _STORED if name in self._arrays}
-        target = as_path("the file", path)
-        if not target.name or target.is_dir():
-            raise RunError(f"{target} is a folder: give a file name, e.g. run.npz")
-        partial = target.with_name(f".{target.name}.part")
-        try:
-            with partial.open("wb") as stream:
-                stored: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays}
-                np.savez_compressed(stream, **stored)
-            partial.replace(target)
-        except OSError as error:
-            raise RunError(f"cannot write {target}: {error.strerror}") from None
-        finally:
-            with contextlib.suppress(OSError):
-                partial.unlink(missing_ok=True)
-        return target
+        further = {name: getattr(self, name) for name in ("energy", "g_N", "gamma_F", "outputs")}
+        stored: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays, **further}
+        with path.open("wb") as stream:
+            np.savez_compressed(stream, **stored)
+
+    def _write_csv(self, path: Path) -> None:
+        columns: dict[str, Any] = {"t": self.t}
+        for name in self.keys():
+            values = self[name]
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                columns |= {f"{name}[{k}]": values[:, k] for k in range(values.shape[1])}
+        columns["energy"] = self.energy
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            table = csv.writer(stream)
+            table.writerow(columns)
+            for row in zip(*(c.tolist() for c in columns.values()), strict=True):
+                table.writerow(row)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], stepper: "Stepper") -> "Trajectory":
@@ -227,7 +379,7 @@ class Trajectory:
             raise RunError(f"there is no file {path}") from None
         except _DAMAGE as error:
             raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
-        if not isinstance(about, dict) or about.get("format") != _FORMAT:
+        if not isinstance(about, dict) or about.get("format") not in (1, _FORMAT):
             raise RunError(f"{path} has a format that this version does not read")
         missing = [k for k in ("model", "model_hash", "parameters", "options") if k not in about]
         if missing:
@@ -242,9 +394,13 @@ class Trajectory:
         s = stepper.stages
         shapes = {
             "t": (rows,), "q": (rows, n["n_q"]), "v": (rows, n["n_q"]), "u": (rows, n["n_u"]),
-            "P": (rows, n["n_R"]), "counts": (rows, len(_COUNTS)),
-            "residual": (rows,), "smallest_gap": (rows,),
+            "P": (rows, n["n_R"]), "counts": (rows, len(COUNTS)), "residual": (rows,),
+            "smallest_gap": (rows,), "contact": (rows, n["n_contacts"]),
         }  # fmt: skip
+        if about["format"] == 1:
+            arrays = _from_format_1(arrays, rows, n["n_contacts"])
+        if "energy_range" in arrays:
+            shapes["energy_range"] = (rows, 2)
         if "Q" in arrays:
             shapes |= {
                 "t_stage": (rows - 1, s),
@@ -255,4 +411,36 @@ class Trajectory:
         for name, shape in shapes.items():
             if name not in arrays or arrays[name].shape != shape:
                 raise RunError(f"{path} is damaged: the array '{name}' is missing or misshapen")
-        return cls(stepper, arrays, **about)
+            kinds = "iu" if name in ("counts", "contact") else "fiu"
+            if arrays[name].dtype.kind not in kinds:
+                raise RunError(f"{path} is damaged: the array '{name}' does not hold numbers")
+        states = len(stepper.manifest["contact_states"])
+        if (
+            arrays["contact"].size
+            and not -1 <= arrays["contact"].min() <= arrays["contact"].max() < states
+        ):
+            raise RunError(f"{path} is damaged: the array 'contact' holds unknown states")
+        kept = {
+            key: about[key] for key in ("parameters", "options", "seconds", "steps") if key in about
+        }
+        return cls(stepper, arrays, events=_read_events(path, about), **kept)
+
+
+def _from_format_1(
+    arrays: dict[str, np.ndarray], rows: int, n_contacts: int
+) -> dict[str, np.ndarray]:
+    """Arrays of the first format, which knew no states of contacts and no impacts."""
+    counts = arrays.get("counts", np.zeros((0, 0)))
+    if counts.ndim == 2 and counts.shape[1] == len(COUNTS) - 1:
+        counts = np.column_stack([counts, np.zeros(len(counts), dtype=counts.dtype)])
+    return arrays | {"counts": counts, "contact": np.full((rows, n_contacts), -1, dtype=np.intc)}
+
+
+def _read_events(path: Any, about: dict[str, Any]) -> list[Event]:
+    try:
+        return [
+            Event(float(t), str(contact), str(kind), float(P_N), tuple(map(float, P_F)), float(E))
+            for t, contact, kind, P_N, P_F, E in about.get("events", [])
+        ]
+    except (TypeError, ValueError):
+        raise RunError(f"{path} is damaged: its events are no events") from None

@@ -26,6 +26,7 @@ STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
 
 FULL = "codegen/full_order.py"
+LEAST = "runtime/c/sg_least.c"
 
 MUTANTS: tuple[Mutant, ...] = (
     # derivation
@@ -102,25 +103,43 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the guard's sign", STEP, "w->guard[k] >= SG_C(0.0);", "w->guard[k] < SG_C(0.0);"),
     Mutant("only the first stage decides on activity", STEP, "if (last || opt->active_set", "if (slot == 0 || opt->active_set"),
     Mutant("a failed step moves the state", STEP, "return info->status;\n        }\n    }", "*s = w->trial;\n            s->t += h;\n            return info->status;\n        }\n    }"),
-    Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
+    Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
     Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->P[j];", "info->P[j] = SG_C(0.5) * w->P[j];"),
     Mutant("stale inputs", STEP, "w->u[j] = u[j];", "w->u[j] = u[0];"),
     Mutant("the velocity does not advance", STEP, "sg_copy(SG_NQ, w->v_end, s->v);", "sg_copy(SG_NQ, w->v, s->v);"),
     Mutant("scales that depend on units", SCALE, "w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);", "w->root_inertia[j] = SG_C(1.0) + w->inertia[j];"),
-    Mutant("no least norm", SOLVE, "if (status == SG_K(OK) && w->deficiency > 0) {", "if (0) {"),
+    Mutant("no least norm", LEAST, "} else if (sg_may_depend(w, pr)) {", "} else if (0) {"),
     Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
     Mutant("no pivoting", LINALG, "if (size > best) {", "if (best < SG_C(0.0)) {"),
     Mutant("the checker does not look at the momenta", CHECK, "if (!sg_small(w->r_found[i + j], w->momentum_scale[j], SG_C(0.0), &limit)) {", "if (0) {"),
     Mutant("the checker does not look at friction", CHECK, "return sg_small(bound * slip + power,", "return 1 || sg_small(bound * slip + power,"),
     Mutant("the checker misses skipped impacts", CHECK, "if ((must && !w->active[k]) ||", "if ("),
-    Mutant("penetration at the start is accepted", SIMULATE, "if (at.position[n] < SG_C(0.0) &&", "if (0 &&"),
-    Mutant("records shifted by a row", SIMULATE, "*done / every - 1, s, w, info", "*done / every, s, w, info"),
+    Mutant("penetration at the start is accepted", SIMULATE, "if (at->value[n] < SG_C(0.0) &&", "if (0 &&"),
+    Mutant("records shifted by a row", SIMULATE, "const int first = (step % every + begun) % every == 0;", "const int first = (step % every + begun) % every == every - 1;"),
     # full order, Moreau, sizes of terms, bodies
-    Mutant("the carried force without h", FULL, "return self.h * self.carried", "return self.carried"),
+    Mutant("the force at the start times h twice", FULL, "return self.start_percussion", "return self.h * self.start_percussion"),
     Mutant("a_hat for a in the auxiliary velocities", FULL, 'r_i = r_i - self.a(i, j) * self.at(j, "F")', 'r_i = r_i - self.a_hat(i, j) * self.at(j, "F")'),
-    Mutant("the force of the first stage is carried", FULL, "self.R_gamma(s - 1) / self.h", "self.R_gamma(0) / self.h"),
     Mutant("start force with the wrong sign of the rates", FULL, "y = W.T @ dv + self.h * rate", "y = W.T @ dv - self.h * rate"),
-    Mutant("the force is not carried", STEP, "s->has_force = 1;", "s->has_force = 0;"),
+    Mutant("a force that is carried along", STEP, "status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);", "status = SG_NGAMMA > 0 && SG_NK == 0 && problem == 0 && s->warm > 0 ? SG_K(OK) : sg_solve(w, s, par, opt, info, problem, warm, effort, end); if (SG_NGAMMA > 0 && SG_NK == 0 && problem == 0 && s->warm > 0) { sg_copy(SG_NC, &s->lambda[SG_NL_TOTAL - 2 * SG_NC], w->lambda); }"),
+    # numbers, reports
+    Mutant("a bound is no force", D, 'return size + self["bound_force"]', "return size"),
+    Mutant("percussions of touching contacts have no round-off", CHECK, "? own + w->m_eff[n]", "? own + SG_C(0.0) * w->m_eff[n]"),
+    Mutant("no start after a rejected one", SOLVE, "attempt < SG_ATTEMPTS && status != SG_K(OK) &&", "attempt < SG_ATTEMPTS && status != SG_K(OK) && status != SG_K(REJECTED) &&"),
+    Mutant("the checker is not asked", SOLVE, "status = sg_check_problem(w, opt, problem) ? SG_K(OK) : SG_K(REJECTED);", "status = SG_K(OK);"),
+    Mutant("percussions of least norm pull", LEAST, "*push = sg_max(*push, SG_C(0.0));", "*push = *push;"),
+    Mutant("percussions of least norm leave the friction cone", LEAST, "if (size > slope * *push) {", "if (0 && size > slope * *push) {"),
+    Mutant("projections do not remember what they left out", LEAST, "w->correction[a] += z[a];", "w->correction[a] = z[a];"),
+    Mutant("a time that the user sets is overwritten", STEP, "s->t != s->t_grid + s->n_grid * s->h_grid", "0"),
+    Mutant("a guard that is no number counts as open", STEP, " || !sg_all_finite(SG_NK, w->guard)", ""),
+    Mutant("percussions of a row are the last step's", SIMULATE, "to->P[row * SG_NC + k] + info->P[k]", "info->P[k]"),
+    Mutant("resting contacts have impacts", STEP, "return rate < -SG_CHECK * w->speed[n];", "return rate < SG_C(1.0);"),
+    Mutant("a slip backwards is forwards", STEP, "slip[0] < SG_C(0.0) ? SG_K(SLIP_BACK)", "slip[0] < SG_C(0.0) ? SG_K(SLIP)"),
+    Mutant("impacts have no energy", SIMULATE, "energy - before->energy", "SG_C(0.0)"),
+    Mutant("unstable steps are called stable", "runtime/c/sg_stable.c", "K[i] = -(K[i] + part[i]);", "K[i] = K[i] + part[i];"),
+    Mutant("constraints do not count for the stable step", "runtime/c/sg_stable.c", "sg_orthonormal(SG_NQ, m, Q);", "sg_fill(SG_NQ * m, SG_C(0.0), Q);"),
+    Mutant("corners meet edges that they do not face", "bodies/polygons.py", "algebra.minimum(inside, _fold(algebra.maximum, terms))", "inside"),
+    Mutant("ends of the reference edge meet nothing", "bodies/polygons.py", "terms.append(algebra.minimum(leads[1 - side][k], incident))", "pass"),
+    Mutant("an edge counts behind itself up to its ends", "bodies/shapes.py", "inside + edge.beyond + behind", "inside + edge.beyond"),
     Mutant("Moreau's middle at the end", "codegen/moreau.py", "q_n + h / 2 * v_n", "q_n + h * v_n"),
     Mutant("open contacts act in Moreau's scheme", "codegen/moreau.py", "else -c.g_N", "else c.g_N"),
     Mutant("force without dp/dt", D, ' - self["p_t"])', ")"),

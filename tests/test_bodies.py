@@ -358,7 +358,7 @@ def test_two_polygons_collide() -> None:
         body = world.body(name, 1.0, 0.01)
         half = 0.2 if name == "a" else 0.15
         shapes.append([body.point(half * i, 0.1 * j) for i, j in sides])
-    world.polygons("pair", shapes[0], shapes[1], depth=0.05, e_N=0.0)
+    world.polygons("pair", shapes[0], shapes[1], e_N=0.0)
     m.initial_state(q={"b_y": 0.5}, v={"b_y": -2})
     traj = sg.build(m, stages=2).simulate(t_end=0.5, dt=5e-3)
     assert traj["a_y_dot"][-1] == pytest.approx(-1, abs=1e-12)

@@ -110,7 +110,7 @@ static real sg_merit(const SG(work) * w, int problem, real *stall) {
         }
     }
     for (i = 0; i < n_lambda; ++i) {
-        const real scale = w->percussion_scale[i % SG_ROWS] + w->phi_floor[i];
+        const real scale = sg_max(w->percussion_scale[i % SG_ROWS] + w->phi_floor[i], SG_TINY);
         const real size = sg_row_residual(w, i);
         if (SG_FABS(w->phi[i]) > SG_C(0.0)) {
             kept = sg_max(kept, size / (SG_STAGNATION * scale + SG_BAND * w->rounding[i]));

@@ -1,9 +1,14 @@
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#error "-ffast-math and -ffinite-math-only take away the tests for infinite values and NaN"
+#endif
+
 /* The real type, its constants and the libm calls, chosen once. SG(name) is the model's prefix. */
 typedef SG(real) real;
 
 #if SG_FLOAT
 #define SG_C(x) x##F
 #define SG_EPS FLT_EPSILON
+#define SG_NAN ((real)NAN)
 #define SG_HUGE FLT_MAX
 #define SG_TINY FLT_MIN
 #define SG_SQRT(x) sqrtf(x)
@@ -23,6 +28,7 @@ typedef SG(real) real;
 #else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
+#define SG_NAN ((real)NAN)
 #define SG_HUGE DBL_MAX
 #define SG_TINY DBL_MIN
 #define SG_SQRT(x) sqrt(x)
@@ -42,6 +48,21 @@ typedef SG(real) real;
    contact counts as closed. */
 #define SG_FLOOR (SG_C(16.0) * SG_EPS)
 #define SG_BAND SG_C(16.0)
+
+/* Largest tolerance that options.tol may ask for, and the largest share of a row's scale that the
+   checker accepts, whatever the tolerance is. */
+#define SG_TOLERANCE_MOST SG_C(0.0009765625)
+#define SG_CHECK_MOST SG_C(0.00390625)
+
+/* Steps of one size after which their count begins anew: long before it is no longer exact. */
+#define SG_GRID_MOST (SG_C(0.25) / SG_EPS)
+
+/* Power iterations for the fastest oscillation, and the relative change at which they end. */
+#define SG_POWER_ROUNDS 200
+#define SG_POWER_CHANGE SG_C(0.0001220703125)
+
+/* Sweeps of alternating projections that seek percussions of least norm in their cones. */
+#define SG_SWEEPS 200
 
 /* Newton iterations of a plain attempt, of contact states held, of contacts that are said to hold,
    from where a path led; paths followed in one problem at first, in space fewer, and in all;
@@ -66,6 +87,7 @@ typedef SG(real) real;
 #define SG_CENTRAL_CORRECT 5
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
+static inline real sg_min(real a, real b) { return a < b ? a : b; }
 
 /* 1 if x is neither infinite nor NaN. */
 static inline int sg_finite(real x) { return x - x == SG_C(0.0); }

@@ -38,6 +38,17 @@ static int sg_factor_mass(SG(work) * w) {
     return 1;
 }
 
+/* 1 unless the mass matrix has a negative entry on its diagonal. */
+static int sg_is_positive(const SG(work) * w) {
+    int j;
+    for (j = 0; j < SG_NQ; ++j) {
+        if (w->mass[sg_table[sg_mass.diagonal + j]] < SG_C(0.0)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* 1 if the generated code found the mobilities with pivots that are large enough. */
 static int sg_has_mobility(const SG(work) * w) {
     int k;
@@ -92,8 +103,8 @@ static int sg_masses(SG(work) * w) {
         w->root_inertia[j] = SG_SQRT(w->inertia[j] / w->inertia[0]);
         w->momentum[j] = sg_max(SG_FABS(w->p[j]), w->h * w->force_size[j]);
     }
-    if (!sg_all_finite(SG_NQ, w->root_inertia) || !sg_all_finite(SG_NQ, w->momentum) ||
-        (!known && !sg_factor_mass(w))) {
+    if (!sg_is_positive(w) || !sg_all_finite(SG_NQ, w->root_inertia) ||
+        !sg_all_finite(SG_NQ, w->momentum) || (!known && !sg_factor_mass(w))) {
         return 0;
     }
     for (c = 0; c < SG_NC; ++c) {
@@ -233,9 +244,12 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
             const real own = SG_FLOOR * w->percussion_scale[c];
             const real below = own + w->r_auto[n] * w->gap_floor[c] * (gap ? SG_C(1.0) : rate);
             const real floor = gap ? below : own;
+            real tolerance;
             w->rounding[n] = below;
             w->phi_floor[n] = floor;
-            w->phi_inverse[n] = SG_C(1.0) / (floor + tol * (w->percussion_scale[c] + floor));
+            /* bounded, so that a row without any scale is solved by 0 alone */
+            tolerance = floor + tol * (w->percussion_scale[c] + floor);
+            w->phi_inverse[n] = tolerance > SG_TINY ? SG_C(1.0) / tolerance : SG_HUGE;
         }
     }
 }

@@ -1,52 +1,32 @@
 /* Start, many steps, and the evaluation of one problem at given unknowns. */
 
-/* 1 if |value| is small against the terms of its row: direction `row`, argument x. The constant
-   covers terms that only parameters make up. */
-static int sg_is_consistent(real value, const real *row, const real *x, real drift) {
-    real size = SG_FABS(drift);
-    int j;
-    for (j = 0; j < SG_NQ; ++j) {
-        size += SG_FABS(row[j] * x[j]);
-    }
+/* 1 if |value| is small against the terms of its row. The constant covers terms that only
+   parameters make up. */
+static int sg_is_consistent(real value, real size) {
     return SG_FABS(value) <= SG_STAGNATION * size + SG_C(64.0) * SG_EPS;
 }
 
-int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, real t0,
-             const real q0[], const real v0[]) {
-    SG(consistency) at;
+/* Position constraints and gaps of existing contacts at the start. */
+static int sg_check_places(const SG(consistency) * at) {
     int c, k;
-    const int status = SG(set_state)(s, t0, q0, v0);
-    if (status != SG_K(OK)) {
-        return status;
-    }
-    if (par == NULL || opt == NULL || !sg_are_options(opt)) {
-        return SG_K(BAD_ARGUMENT);
-    }
-    SG(evaluate_consistency)(t0, q0, v0, par, &at);
     for (c = 0; c < SG_NG; ++c) {
-        if (!sg_finite(at.position[c])) {
+        if (!sg_finite(at->value[c])) {
             return SG_K(NONFINITE);
         }
-        if (!sg_is_consistent(at.position[c], &at.direction[c * SG_NQ], q0, SG_C(0.0))) {
-            return SG_K(INCONSISTENT_START);
-        }
-    }
-    for (c = 0; c < SG_NORMAL; ++c) {
-        if (!sg_finite(at.velocity[c])) {
-            return SG_K(NONFINITE);
-        }
-        if (!sg_is_consistent(at.velocity[c], &at.direction[c * SG_NQ], v0, at.drift[c])) {
+        if (!sg_is_consistent(at->value[c], at->size[c])) {
             return SG_K(INCONSISTENT_START);
         }
     }
     for (k = 0; k < SG_NK; ++k) {
         const int n = SG_NORMAL + sg_contacts[k].normal;
-        if (sg_contacts[k].normal >= 0 && !(sg_contacts[k].guarded && at.guard[k] < SG_C(0.0))) {
-            if (!sg_finite(at.position[n])) {
+        if (!sg_finite(at->guard[k])) {
+            return SG_K(NONFINITE);
+        }
+        if (sg_contacts[k].normal >= 0 && !(sg_contacts[k].guarded && at->guard[k] < SG_C(0.0))) {
+            if (!sg_finite(at->value[n])) {
                 return SG_K(NONFINITE);
             }
-            if (at.position[n] < SG_C(0.0) &&
-                !sg_is_consistent(at.position[n], &at.direction[n * SG_NQ], q0, SG_C(0.0))) {
+            if (at->value[n] < SG_C(0.0) && !sg_is_consistent(at->value[n], at->size[n])) {
                 return SG_K(INCONSISTENT_START);
             }
         }
@@ -54,9 +34,111 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
     return SG_K(OK);
 }
 
-/* Row `row` of the record after a step. */
-static void sg_record(const SG(record) * to, int row, const SG(state) * s, const SG(work) * w,
-                      const SG(info) * info) {
+/* Velocity constraints and the velocities of position constraints at the start. */
+static int sg_check_rates(const SG(consistency) * at) {
+    int c;
+    for (c = 0; c < SG_NORMAL; ++c) {
+        if (!sg_finite(at->value[c])) {
+            return SG_K(NONFINITE);
+        }
+        if (!sg_is_consistent(at->value[c], at->size[c])) {
+            return SG_K(INCONSISTENT_START);
+        }
+    }
+    return SG_K(OK);
+}
+
+int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, real t0,
+             const real q0[], const real v0[]) {
+    SG(consistency) at;
+    int status;
+    if (s == NULL || par == NULL || opt == NULL || q0 == NULL || v0 == NULL || !sg_finite(t0) ||
+        !sg_all_finite(SG_NQ, q0) || !sg_all_finite(SG_NQ, v0) || !sg_are_options(opt)) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    SG(evaluate_places)(t0, q0, par, &at);
+    status = sg_check_places(&at);
+    if (status == SG_K(OK)) {
+        SG(evaluate_rates)(t0, q0, v0, par, &at);
+        status = sg_check_rates(&at);
+    }
+    return status == SG_K(OK) ? SG(set_state)(s, t0, q0, v0) : status;
+}
+
+/* What the events of a step need from before it. */
+typedef struct {
+    real energy;
+    int contact[SG_NK > 0 ? SG_NK : 1];
+} sg_before;
+
+/* The kind of event that leads contact k from one state to another, -1: none. */
+static int sg_event_kind(int before, int now, int impacts, int exists) {
+    if (impacts > 0) {
+        return SG_K(EVENT_IMPACT);
+    }
+    if (before == now || before == SG_K(UNKNOWN)) {
+        return -1;
+    }
+    if (now == SG_K(OPEN)) {
+        return exists ? SG_K(EVENT_OPEN) : SG_K(EVENT_GUARD);
+    }
+    if (before == SG_K(OPEN)) {
+        return SG_K(EVENT_CLOSE);
+    }
+    if (now == SG_K(STICK)) {
+        return SG_K(EVENT_STICK);
+    }
+    return before == SG_K(STICK) ? SG_K(EVENT_SLIP) : SG_K(EVENT_REVERSE);
+}
+
+/* Add the events of a step. */
+static void sg_note(const SG(record) * to, const sg_before *before, real t, real energy,
+                    const SG(work) * w, const SG(info) * info) {
+    int d, k;
+    for (k = 0; k < SG_NK; ++k) {
+        const sg_contact *contact = &sg_contacts[k];
+        const int kind =
+            sg_event_kind(before->contact[k], info->contact[k], info->impacts[k], w->exists[k]);
+        if (kind < 0) {
+            continue;
+        }
+        if (*to->n_events < to->max_events) {
+            SG(event) *event = &to->events[*to->n_events];
+            event->t = t;
+            event->contact = k;
+            event->kind = kind;
+            event->P_N = contact->normal < 0 ? SG_C(0.0) : info->P[SG_NORMAL + contact->normal];
+            for (d = 0; d < 2; ++d) {
+                event->P_F[d] =
+                    d < contact->components ? info->P[SG_SLIP + contact->friction + d] : SG_C(0.0);
+            }
+            event->energy = kind == SG_K(EVENT_IMPACT) ? energy - before->energy : SG_C(0.0);
+        }
+        ++*to->n_events;
+    }
+}
+
+/* Counts of a step, added to those of its row. */
+static void sg_count(int *counts, int first, const SG(info) * info) {
+    int k;
+    for (k = 0; k < 7 && first; ++k) {
+        counts[k] = 0;
+    }
+    counts[0] = info->status > counts[0] ? info->status : counts[0];
+    counts[1] += info->iterations;
+    counts[2] += info->substeps;
+    counts[3] |= info->rescues;
+    counts[4] = info->percussions > counts[4] ? info->percussions : counts[4];
+    counts[5] += info->lost_impacts;
+    for (k = 0; k < SG_NK; ++k) {
+        counts[6] += info->impacts[k];
+    }
+}
+
+/* Row `row` of the record after a step; `first`: it is the first step of the row. */
+static void sg_record(const SG(record) * to, long row, int first, const SG(state) * s,
+                      const SG(work) * w, const SG(info) * info) {
+    int k;
     if (to->t != NULL) {
         to->t[row] = s->t;
     }
@@ -66,45 +148,76 @@ static void sg_record(const SG(record) * to, int row, const SG(state) * s, const
     if (to->v != NULL) {
         sg_copy(SG_NQ, s->v, &to->v[row * SG_NQ]);
     }
-    if (to->P != NULL) {
-        sg_copy(SG_NC, info->P, &to->P[row * SG_NC]);
+    for (k = 0; k < SG_NC && to->P != NULL; ++k) {
+        to->P[row * SG_NC + k] = first ? info->P[k] : to->P[row * SG_NC + k] + info->P[k];
     }
     if (to->residual != NULL) {
-        to->residual[row] = info->residual;
+        to->residual[row] = first ? info->residual : sg_max(to->residual[row], info->residual);
     }
     if (to->smallest_gap != NULL) {
-        to->smallest_gap[row] = info->smallest_gap;
+        to->smallest_gap[row] =
+            first ? info->smallest_gap : sg_min(to->smallest_gap[row], info->smallest_gap);
     }
     if (to->counts != NULL) {
-        int *counts = &to->counts[row * 6];
-        counts[0] = info->status;
-        counts[1] = info->iterations;
-        counts[2] = info->substeps;
-        counts[3] = info->rescues;
-        counts[4] = info->percussions;
-        counts[5] = info->lost_impacts;
+        sg_count(&to->counts[row * 7], first, info);
+    }
+    for (k = 0; k < SG_NK && to->contact != NULL; ++k) {
+        to->contact[row * SG_NK + k] = info->contact[k];
     }
     if (to->stage_t != NULL && to->stage_q != NULL && to->stage_v != NULL && to->stage_R != NULL) {
-        SG(stages)(w, &to->stage_t[row * SG_STAGES], &to->stage_q[row * SG_STAGES * SG_NQ],
-                   &to->stage_v[row * SG_STAGES * SG_NQ], &to->stage_R[row * SG_STAGES * SG_NC]);
+        real *stage_t = &to->stage_t[row * SG_STAGES];
+        real *stage_q = &to->stage_q[row * SG_STAGES * SG_NQ];
+        real *stage_v = &to->stage_v[row * SG_STAGES * SG_NQ];
+        real *stage_R = &to->stage_R[row * SG_STAGES * SG_NC];
+        SG(stages)(w, stage_t, stage_q, stage_v, stage_R);
+        if (info->substeps > 0) {
+            /* those of the last substep are not those of the step */
+            sg_fill(SG_STAGES, SG_NAN, stage_t);
+            sg_fill(SG_STAGES * SG_NQ, SG_NAN, stage_q);
+            sg_fill(SG_STAGES * SG_NQ, SG_NAN, stage_v);
+            sg_fill(SG_STAGES * SG_NC, SG_NAN, stage_R);
+        }
     }
 }
 
 int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
                  const SG(options) * opt, const real u[], real h, int n_steps, int every,
                  const SG(record) * record, int *done) {
+    const int notes = record != NULL && record->events != NULL && record->n_events != NULL;
+    const int looks = notes || (record != NULL && record->energy != NULL);
+    const int begun = record != NULL ? record->begun : 0;
     int step;
-    if (done == NULL || n_steps < 0 || every < 1 || (SG_NU > 0 && u == NULL)) {
+    if (done == NULL || n_steps < 0 || every < 1 || begun < 0 || begun >= every || s == NULL ||
+        w == NULL || info == NULL || par == NULL || (SG_NU > 0 && u == NULL)) {
         return SG_K(BAD_ARGUMENT);
     }
     for (*done = 0, step = 0; step < n_steps; ++step) {
-        const int status = SG(step)(s, w, info, par, opt, SG_NU > 0 ? &u[step * SG_NU] : u, h);
+        const long row = step / every + (step % every + begun) / every;
+        const int first = (step % every + begun) % every == 0;
+        sg_before before;
+        int k, status;
+        for (k = 0; k < SG_NK; ++k) {
+            before.contact[k] = s->contact[k];
+        }
+        before.energy = looks ? SG(energy_at)(s->t, s->q, s->v, par) : SG_C(0.0);
+        status = SG(step)(s, w, info, par, opt, SG_NU > 0 ? &u[step * SG_NU] : u, h);
         if (status > SG_K(OK_SUBSTEPPED)) {
             return status;
         }
         ++*done;
-        if (record != NULL && *done % every == 0) {
-            sg_record(record, *done / every - 1, s, w, info);
+        if (record != NULL) {
+            sg_record(record, row, first, s, w, info);
+        }
+        if (looks) {
+            const real energy = SG(energy_at)(s->t, s->q, s->v, par);
+            if (record->energy != NULL) {
+                real *range = &record->energy[2 * row];
+                range[0] = first ? energy : sg_min(range[0], energy);
+                range[1] = first ? energy : sg_max(range[1], energy);
+            }
+            if (notes) {
+                sg_note(record, &before, s->t, energy, w, info);
+            }
         }
     }
     return SG_K(OK);
@@ -123,9 +236,6 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     sg_copy(SG_NL_TOTAL, lambda, w->lambda);
     for (j = 0; j < SG_NU; ++j) {
         w->u[j] = u[j];
-    }
-    for (j = 0; j < SG_NGAMMA; ++j) {
-        w->carried[j] = s->has_force ? s->carried[j] : lambda[SG_NG + j] / h;
     }
     w->trial = *s;
     sg_begin(w, par, s->t, h);

@@ -1,4 +1,4 @@
-/* Solution of one problem: starting points, rescues, and the choice among several percussions. */
+/* Solution of one problem: starting points and rescues. What the checker rejects is not solved. */
 
 /* Cold start: velocities of the step's start, no percussions. After a position problem the
    percussions of the whole step start from the mean of its slots. */
@@ -20,17 +20,20 @@ static void sg_cold_start(SG(work) * w, int problem) {
     }
 }
 
-/* Start from the prediction in the state. */
+/* Start from the prediction in the state. Percussions that are one of several stay as they are:
+   their differences are of the choice, not of the motion. */
 static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const real first = s->order > 0 ? SG_C(1.0) : SG_C(0.0);
     const real second = s->order > 1 ? SG_C(1.0) : SG_C(0.0);
+    const int stay = s->choice[problem] != SG_UNIQUE;
     int i;
     for (i = pr->x; i < pr->x + pr->n_x; ++i) {
         w->x[i] = s->x[i] + first * s->x_1[i] + second * s->x_2[i];
     }
     for (i = pr->lambda; i < pr->lambda + pr->n_slots * SG_NC; ++i) {
-        w->lambda[i] = s->lambda[i] + first * s->lambda_1[i] + second * s->lambda_2[i];
+        const real change = first * s->lambda_1[i] + second * s->lambda_2[i];
+        w->lambda[i] = s->lambda[i] + (stay ? SG_C(0.0) : change);
     }
 }
 
@@ -52,54 +55,6 @@ static void sg_leave_out(SG(work) * w, int problem) {
             }
         }
     }
-}
-
-/* Where dependent rows leave the percussions open, move to those of least scaled norm in the
-   present contact state; kept only if they still solve the problem in the same state. */
-static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
-                         real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_lambda = pr->n_slots * SG_NC;
-    real *lambda = &w->lambda[pr->lambda];
-    unsigned long state;
-    int n, rank, a, i;
-    sg_evaluate(w, par, opt, problem);
-    state = sg_fingerprint(w, n_lambda);
-    SG(derivatives)(w, par, problem);
-    n = sg_reduce(w, problem, 0);
-    if (n <= 0) {
-        return SG_UNIQUE;
-    }
-    rank = sg_cod_factor(n, w->S, w->perm, w->tau, w->tau_z);
-    if (rank == n) {
-        return SG_UNIQUE;
-    }
-    sg_copy(pr->n_x, &w->x[pr->x], w->x_old);
-    sg_copy(n_lambda, lambda, w->lambda_old);
-    sg_fill(pr->n_x, SG_C(0.0), w->dx);
-    sg_fill(n_lambda, SG_C(0.0), w->dlambda);
-    for (a = 0; a < n; ++a) {
-        w->solution[a] = lambda[w->reduced[a]] / w->root_scale[a];
-    }
-    sg_cod_project(n, rank, w->S, w->perm, w->tau_z, w->scratch, w->solution);
-    for (a = 0; a < n; ++a) {
-        const int row = w->reduced[a];
-        const real change = w->solution[a] * w->root_scale[a] - lambda[row];
-        w->dlambda[row] = change;
-        for (i = 0; i < pr->n_x; ++i) {
-            w->dx[i] -= w->Z[a * pr->n_border + i] * change;
-        }
-    }
-    sg_move(w, problem, SG_C(1.0));
-    sg_evaluate(w, par, opt, problem);
-    *measure = sg_residual(w, opt, problem);
-    if (*measure <= SG_C(1.0) && sg_fingerprint(w, n_lambda) == state) {
-        return SG_LEAST_NORM;
-    }
-    sg_move(w, problem, SG_C(0.0));
-    sg_evaluate(w, par, opt, problem);
-    *measure = sg_residual(w, opt, problem);
-    return SG_AS_FOUND;
 }
 
 /* Iterations for an attempt: `wish`, unless fewer are left. */
@@ -295,6 +250,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     for (attempt = SG_HOLD; attempt < SG_ATTEMPTS && status != SG_K(OK) && info->iterations < end;
          ++attempt) {
         const int before = status;
+        const int used = info->iterations;
         if (!sg_is_tried(w, problem, attempt, warm, effort)) {
             continue;
         }
@@ -323,18 +279,21 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                                &info->iterations, &measure);
         }
         w->careful = 1;
+        if (status == SG_K(OK)) {
+            sg_choose(w, s, par, opt, info, problem, info->iterations > used, &measure);
+            sg_keep_rows(w, problem);
+            status = sg_check_problem(w, opt, problem) ? SG_K(OK) : SG_K(REJECTED);
+        }
         if (status == SG_K(NOT_CONVERGED)) {
-            status = before; /* singular or not finite says more */
+            status = before; /* singular, not finite or rejected says more */
         }
         if (status == SG_K(OK) && (warm || attempt != SG_COLD_START)) {
             info->rescues |= rescue[attempt];
         }
     }
-    if (status == SG_K(OK) && w->deficiency > 0) {
-        const int choice = sg_least_norm(w, par, opt, problem, &measure);
-        info->percussions = choice > info->percussions ? choice : info->percussions;
-    }
     if (status == SG_K(OK)) {
+        const int choice = w->choice[problem];
+        info->percussions = choice > info->percussions ? choice : info->percussions;
         info->residual = sg_max(info->residual, measure * sg_max(opt->tol, SG_FLOOR));
     }
     return status;

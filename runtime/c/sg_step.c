@@ -97,46 +97,41 @@ static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * 
         w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
         w->active[k] = w->exists[k];
     }
-    if (!sg_all_finite(sg_table[sg_mass.start + SG_NQ], w->mass) || !sg_all_finite(SG_NQ, w->p)) {
+    if (!sg_all_finite(sg_table[sg_mass.start + SG_NQ], w->mass) || !sg_all_finite(SG_NQ, w->p) ||
+        !sg_all_finite(SG_NQ, w->force_size) || !sg_all_finite(SG_NK, w->guard)) {
         return SG_K(NONFINITE);
     }
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);
     }
     warm = s->warm && s->h_guess == h;
-    w->opened = !s->has_force;
-    sg_copy(SG_NGAMMA, s->carried, w->carried);
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
-        const sg_problem *pr = &sg_problems[problem];
-        if (pr->opening && !w->opened) {
-            /* what the state remembers of it stays */
-            sg_copy(pr->n_x, &s->x[pr->x], &w->x[pr->x]);
-            sg_copy(pr->n_slots * SG_NC, &s->lambda[pr->lambda], &w->lambda[pr->lambda]);
-            continue;
-        }
         status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
         if (status != SG_K(OK)) {
             w->stuck = problem;
             return status;
         }
-        sg_keep_rows(w, problem);
-        for (k = 0; pr->opening && k < SG_NGAMMA; ++k) {
-            w->carried[k] = w->lambda[pr->lambda + SG_NG + k] / h;
-        }
         if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
             sg_activity(w, opt, info, problem);
+            if (!sg_check_active(w, opt, problem)) {
+                w->stuck = problem;
+                return SG_K(REJECTED);
+            }
         }
         sg_smallest_gap(w, info, problem);
     }
     SG(finish)(w);
-    return sg_check_step(w, opt) ? SG_K(OK) : SG_K(REJECTED);
+    return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end) ? SG_K(OK)
+                                                                            : SG_K(NONFINITE);
 }
 
 /* Backward differences of the solutions of steps of the same size and contact state, and the order
-   to which they would have predicted this one best. */
+   to which they would have predicted this one best. Differences of the size of round-off predict
+   nothing: followed from step to step they would grow. */
 static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
     const int known = same && s->h_guess == w->h ? s->warm : 0;
     real error[3];
+    real noise = SG_C(0.0);
     int i, j;
     sg_fill(3, SG_C(0.0), error);
     if (known > 0) {
@@ -145,6 +140,7 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
                 const real d_1 = w->x[i + j] - s->x[i + j];
                 const real d_2 = d_1 - s->x_1[i + j];
                 const real d_3 = d_2 - s->x_2[i + j];
+                noise += SG_FLOOR * w->pace[j] * w->root_inertia[j];
                 error[0] += SG_FABS(d_1) * w->root_inertia[j];
                 error[1] += SG_FABS(d_2) * w->root_inertia[j];
                 error[2] += SG_FABS(d_3) * w->root_inertia[j];
@@ -172,37 +168,77 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
             s->lambda_2[i] = SG_C(0.0);
         }
     }
-    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
+    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0] && error[0] > noise)) ? 0 : 1;
     if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {
         s->order = 2;
     }
     s->warm = !same ? 0 : known < 2 ? known + 1 : 2;
 }
 
+/* State of contact k at the end of the (sub)step, from its rows in the last problem. */
+static int sg_contact_state(const SG(work) * w, int k) {
+    const sg_problem *pr = &sg_problems[SG_PROBLEMS - 1];
+    const sg_contact *contact = &sg_contacts[k];
+    const int base = (pr->n_slots - 1) * SG_NC;
+    const int f = SG_SLIP + contact->friction;
+    const real *slip = &w->y_found[pr->lambda + base + f];
+    if (contact->normal >= 0 &&
+        (!w->active[k] || w->kind[base + SG_NORMAL + contact->normal] == SG_ROW_ZERO)) {
+        return SG_K(OPEN);
+    }
+    if (contact->components == 0) {
+        return SG_K(CLOSED);
+    }
+    if (w->kind[base + f] == SG_ROW_FREE ||
+        !(sg_norm(contact->components, slip) > SG_FLOOR * w->speed[f])) {
+        return SG_K(STICK);
+    }
+    return contact->components == 1 && slip[0] < SG_C(0.0) ? SG_K(SLIP_BACK) : SG_K(SLIP);
+}
+
+/* 1 if the gap of contact k was closing at the start of the (sub)step, beyond round-off. */
+static int sg_approaches(const SG(work) * w, int k) {
+    const int n = SG_NORMAL + sg_contacts[k].normal;
+    const real rate = w->drift[n] + sg_row_dot(&sg_direction, w->direction, n, w->v);
+    return rate < -SG_CHECK * w->speed[n];
+}
+
 /* Take over the end of the step; where contacts opened, closed or impacted the next starts cold. */
-static void sg_commit(SG(work) * w, const SG(params) * par) {
+static void sg_commit(SG(work) * w, const SG(params) * par, SG(info) * info) {
     SG(state) *s = &w->trial;
     int k;
     int same = 1;
     for (k = 0; k < SG_NK; ++k) {
         const int closed = w->active[k];
+        const int now = sg_contact_state(w, k);
         if (closed != s->closed[k]) {
             same = 0;
         }
+        if (sg_contacts[k].normal >= 0 && now != SG_K(OPEN) && s->contact[k] <= SG_K(OPEN) &&
+            sg_approaches(w, k)) {
+            ++info->impacts[k];
+        }
         s->closed[k] = closed;
+        s->contact[k] = now;
+        info->contact[k] = now;
     }
     sg_remember(s, w, same);
     sg_copy(SG_NQ, w->q_end, s->q);
     sg_copy(SG_NQ, w->v_end, s->v);
     sg_retain(w, par);
     s->h_guess = w->h;
-    if (SG_CARRIES) {
-        s->has_force = 1;
-        sg_copy(SG_NGAMMA, w->carried_end, s->carried);
+    for (k = 0; k < SG_PROBLEMS; ++k) {
+        s->states[k] = w->states[k];
+        s->choice[k] = w->choice[k];
     }
 }
 
 static void sg_reset_info(SG(info) * info) {
+    int k;
+    for (k = 0; k < SG_NK; ++k) {
+        info->contact[k] = SG_K(UNKNOWN);
+        info->impacts[k] = 0;
+    }
     info->status = SG_K(OK);
     info->iterations = 0;
     info->substeps = 0;
@@ -227,16 +263,19 @@ static void sg_reset_guess(SG(state) * s) {
     sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda);
     for (k = 0; k < SG_NK; ++k) {
         s->closed[k] = 0;
+        s->contact[k] = SG_K(UNKNOWN);
     }
     sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_1);
     sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_2);
     sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_1);
     sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_2);
+    for (k = 0; k < SG_PROBLEMS; ++k) {
+        s->states[k] = 0;
+        s->choice[k] = SG_UNIQUE;
+    }
     s->warm = 0;
     s->order = 0;
     s->h_guess = SG_C(0.0);
-    s->has_force = 0;
-    sg_fill(SG_NGAMMA, SG_C(0.0), s->carried);
 #if SG_KEY > 0
     s->has_terms = 0;
     sg_fill(SG_KEY, SG_C(0.0), s->key);
@@ -252,7 +291,7 @@ int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
     s->t = t;
     s->t_grid = t;
     s->h_grid = SG_C(0.0);
-    s->n_grid = 0;
+    s->n_grid = SG_C(0.0);
     sg_copy(SG_NQ, q, s->q);
     sg_copy(SG_NQ, v, s->v);
     sg_reset_guess(s);
@@ -260,9 +299,9 @@ int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
 }
 
 static int sg_are_options(const SG(options) * opt) {
-    return opt->tol >= SG_C(0.0) && sg_finite(opt->tol) && opt->r >= SG_C(0.0) &&
-           sg_finite(opt->r) && opt->max_iterations >= 1 && opt->max_halvings >= 0 &&
-           opt->max_halvings <= 10 &&
+    return opt->tol >= SG_C(0.0) && opt->tol <= SG_TOLERANCE_MOST && opt->r >= SG_C(0.0) &&
+           sg_finite(opt->r) && opt->max_iterations >= 1 && opt->max_iterations <= 1000000 &&
+           opt->max_halvings >= 0 && opt->max_halvings <= 10 &&
            (opt->active_set == SG_K(ACTIVE_ANY_STAGE) || opt->active_set == SG_K(ACTIVE_END)) &&
            (opt->scaling == SG_K(SCALING_ROWS) ||
             (opt->scaling == SG_K(SCALING_NONE) && opt->tol > SG_C(0.0)));
@@ -277,7 +316,8 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     int stride = rest;
     int j;
     if (s == NULL || w == NULL || info == NULL || par == NULL || opt == NULL ||
-        (SG_NU > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt)) {
+        (SG_NU > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt) ||
+        (sg_finite(s->t) && !sg_finite(s->t + h))) {
         if (info != NULL) {
             sg_reset_info(info);
             info->status = SG_K(BAD_ARGUMENT);
@@ -308,7 +348,7 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
             sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort, end);
         if (status == SG_K(OK)) {
             done += stride;
-            sg_commit(w, par);
+            sg_commit(w, par, info);
             for (j = 0; j < SG_NC; ++j) {
                 info->P[j] += w->P[j];
             }
@@ -319,7 +359,8 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                     --level;
                 }
             }
-        } else if (status == SG_K(NOT_CONVERGED) && effort == SG_WHOLE) {
+        } else if ((status == SG_K(NOT_CONVERGED) || status == SG_K(REJECTED)) &&
+                   effort == SG_WHOLE) {
             effort = SG_AGAIN;
             sg_forget(info);
         } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
@@ -330,18 +371,20 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
             stride /= 2;
             ++level;
         } else {
+            sg_forget(info); /* nothing is reported of a step that is not taken */
             info->status = status;
             return info->status;
         }
     }
-    /* t_n = t_0 + n h without a running sum, as long as h stays. */
-    if (w->trial.h_grid != h) {
+    /* t_n = t_0 + n h without a running sum, as long as h stays and nobody else sets the time. */
+    if (w->trial.h_grid != h || w->trial.n_grid >= SG_GRID_MOST ||
+        s->t != s->t_grid + s->n_grid * s->h_grid) {
         w->trial.t_grid = s->t;
         w->trial.h_grid = h;
-        w->trial.n_grid = 0;
+        w->trial.n_grid = SG_C(0.0);
     }
-    ++w->trial.n_grid;
-    w->trial.t = w->trial.t_grid + (real)w->trial.n_grid * h;
+    w->trial.n_grid += SG_C(1.0);
+    w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
     *s = w->trial;
     info->status = info->substeps > 0  ? SG_K(OK_SUBSTEPPED)
                    : info->rescues > 0 ? SG_K(OK_RESCUED)

@@ -15,12 +15,11 @@ typedef struct {
    of SG_NC percussions, first unknown and first percussion of the problem in work.x and
    work.lambda, first row of the response table; gap_slots: in how many slots, from the first, the
    rows of g and g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows
-   the last slot has; follows: only contacts that the problem before left closed take part; opening:
-   finds the constraint forces at the start, solved only if the state does not carry them; n_border:
-   size of K, which has the bilateral rows and percussions, too; K, B, C, C_radius: where entries of
-   the derivatives stand, B by columns. */
+   the last slot has; follows: only contacts that the problem before left closed take part;
+   n_border: size of K, which has the bilateral rows and percussions, too; K, B, C, C_radius: where
+   entries of the derivatives stand, B by columns. */
 typedef struct {
-    int n_x, n_slots, x, lambda, response, gap_slots, last_rows, follows, opening;
+    int n_x, n_slots, x, lambda, response, gap_slots, last_rows, follows;
     int n_border;
     sg_factors K;
     sg_rows B, C, C_radius;
@@ -49,8 +48,12 @@ static void SG(substitute)(const SG(work) * w, int problem, int first, real b[])
 static void SG(finish)(SG(work) * w);
 static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
                        real stage_R[]);
-static void SG(evaluate_consistency)(real t, const real q[], const real v[], const SG(params) * par,
-                                     SG(consistency) * out);
+static void SG(evaluate_places)(real t, const real q[], const SG(params) * par,
+                                SG(consistency) * out);
+static void SG(evaluate_rates)(real t, const real q[], const real v[], const SG(params) * par,
+                               SG(consistency) * out);
+static void SG(bilateral_directions)(real t, const real q[], const SG(params) * par, real out[]);
+static real SG(energy_at)(real t, const real q[], const real v[], const SG(params) * par);
 
 #if SG_KEY > 0
 static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);

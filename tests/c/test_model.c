@@ -290,8 +290,15 @@ static int accepted(void) {
     for (problem = 0; problem < SG_PROBLEMS; ++problem) {
         m_values(&work, &par, problem);
         sg_keep_rows(&work, problem);
+        if (!sg_check_problem(&work, &opt, problem)) {
+            return 0;
+        }
+        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows &&
+            !sg_check_active(&work, &opt, problem)) {
+            return 0;
+        }
     }
-    return sg_check_step(&work, &opt);
+    return sg_all_finite(SG_NQ, work.q_end) && sg_all_finite(SG_NQ, work.v_end);
 }
 
 /* Steps on the way from the start; each solution is spoiled in one number at a time. */
@@ -334,7 +341,7 @@ static void test_checker(void) {
                 }
                 ENSURE(accepted());
             }
-            sg_commit(&work, &par);
+            sg_commit(&work, &par, &info);
             state = work.trial;
             state.t += 0.01;
         }
@@ -550,6 +557,7 @@ static void test_least_norm(void) {
             const sg_problem *pr = &sg_problems[problem];
             const int n_lambda = pr->n_slots * SG_NC;
             double measure = 0.0;
+            int iterations = 0;
             int choice;
             draw_unknowns(problem);
             for (i = 0; i < n_lambda; ++i) {
@@ -557,7 +565,7 @@ static void test_least_norm(void) {
             }
             sg_evaluate(&work, &par, &opt, problem);
             other = work;
-            choice = sg_least_norm(&work, &par, &opt, problem, &measure);
+            choice = sg_least_norm(&work, &par, &opt, problem, &iterations, &measure);
             ENSURE(choice != SG_LEAST_NORM); /* a point that solves nothing stays */
             for (i = 0; i < n_lambda && choice == SG_AS_FOUND; ++i) {
                 ENSURE(work.lambda[pr->lambda + i] == other.lambda[pr->lambda + i]);
@@ -967,7 +975,15 @@ static void test_arguments(void) {
         } else if (k == 1 || k == 2) {
             ENSURE(!memcmp(&kept[SG_NQ], k == 1 ? state.q : state.v, sizeof state.q));
         } else if (k == 6) {
-            ENSURE(counts[6] == info.status && counts[7] == info.iterations);
+            /* a row holds the sums of its steps */
+            int single[4 * 7];
+            record.counts = single;
+            state = before;
+            ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, 4, 1, &record,
+                              &done) == M_OK);
+            ENSURE(single[21] == info.status && single[22] == info.iterations);
+            ENSURE(counts[1] == single[1] + single[8] && counts[8] == single[15] + single[22]);
+            ENSURE(counts[6] == single[6] + single[13]);
         } else if (k == 7) {
             ENSURE(fabs(stage_t[2 * SG_STAGES - 1] - state.t) <= 1e-15 * (1.0 + fabs(state.t)));
         }
@@ -998,27 +1014,45 @@ static void test_arguments(void) {
     }
 }
 
-/* A start off the constraints, inside an obstacle, or where a constraint is not finite. */
+/* Row c of W^T at the start of the step in the work struct. */
+static void direction(int c, double row[SG_NQ]) {
+    int k;
+    sg_fill(SG_NQ, 0.0, row);
+    for (k = sg_table[sg_direction.start + c]; k < sg_table[sg_direction.start + c + 1]; ++k) {
+        row[sg_table[sg_direction.index + k]] = work.direction[k];
+    }
+}
+
+/* A start off the constraints, inside an obstacle, or where a constraint is not finite. A start
+   that is refused leaves the state as it was. */
 static void test_inconsistent_starts(void) {
     m_consistency at;
-    double t, q[SG_NQ], v[SG_NQ];
+    double t, q[SG_NQ], v[SG_NQ], row[SG_NQ];
+    m_state before;
     int c, j, k;
     m_initial_state(&par, &t, q, v);
-    m_evaluate_consistency(t, q, v, &par, &at);
+    m_evaluate_places(t, q, &par, &at);
+    ENSURE(m_init(&state, &par, &opt, t, q, v) == M_OK);
+    before = state;
+    work.trial = state;
+    sg_begin(&work, &par, t, 0.01);
     for (c = 0; c < SG_NG; ++c) {
         /* along the gradient by 1e-3 */
         double moved[SG_NQ];
         for (j = 0; j < SG_NQ; ++j) {
-            moved[j] = q[j] + 1e-3 * at.direction[c * SG_NQ + j];
+            direction(c, row);
+            moved[j] = q[j] + 1e-3 * row[j];
         }
         ENSURE(m_init(&state, &par, &opt, t, moved, v) == M_INCONSISTENT_START);
+        ENSURE(memcmp(&state, &before, sizeof state) == 0);
         sg_fill(SG_NQ, 1e300, moved);
         ENSURE(m_init(&state, &par, &opt, t, moved, v) != M_OK);
     }
     for (c = 0; c < SG_NORMAL; ++c) {
         double moved[SG_NQ];
         for (j = 0; j < SG_NQ; ++j) {
-            moved[j] = v[j] + 1e-3 * at.direction[c * SG_NQ + j];
+            direction(c, row);
+            moved[j] = v[j] + 1e-3 * row[j];
         }
         ENSURE(m_init(&state, &par, &opt, t, q, moved) == M_INCONSISTENT_START);
         sg_fill(SG_NQ, 1e308, moved);
@@ -1028,10 +1062,12 @@ static void test_inconsistent_starts(void) {
         const int n = sg_contacts[k].normal;
         if (n >= 0) {
             double moved[SG_NQ];
-            double size = sg_dot(SG_NQ, &at.direction[n * SG_NQ], &at.direction[n * SG_NQ]);
             const int there = !sg_contacts[k].guarded || at.guard[k] >= 0.0;
+            double size;
+            direction(n, row);
+            size = sg_dot(SG_NQ, row, row);
             for (j = 0; j < SG_NQ; ++j) {
-                moved[j] = q[j] - 1.5 * (at.position[n] + 0.1) * at.direction[n * SG_NQ + j] / size;
+                moved[j] = q[j] - 1.5 * (at.value[n] + 0.1) * row[j] / size;
             }
             if (there) {
                 ENSURE(m_init(&state, &par, &opt, t, moved, v) == M_INCONSISTENT_START);

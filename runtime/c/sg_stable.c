@@ -1,0 +1,152 @@
+/* The largest stable step, estimated at a state: below the first step size at which the scheme
+   amplifies the fastest linear oscillation of the model, with stiffness and inertia as they are
+   there. */
+
+/* L of M = L L^T in place, by rows. Returns 0 if M is not positive definite. */
+static int sg_cholesky(int n, real *M) {
+    int i, j, k;
+    for (j = 0; j < n; ++j) {
+        for (i = j; i < n; ++i) {
+            real sum = M[i * n + j];
+            for (k = 0; k < j; ++k) {
+                sum -= M[i * n + k] * M[j * n + k];
+            }
+            if (i > j) {
+                M[i * n + j] = sum / M[j * n + j];
+            } else if (sum > SG_C(0.0)) {
+                M[j * n + j] = SG_SQRT(sum);
+            } else {
+                return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* x := L^-1 x; x has the stride `step`. */
+static void sg_forward(int n, const real *L, int step, real *x) {
+    int i, k;
+    for (i = 0; i < n; ++i) {
+        for (k = 0; k < i; ++k) {
+            x[i * step] -= L[i * n + k] * x[k * step];
+        }
+        x[i * step] /= L[i * n + i];
+    }
+}
+
+/* Orthonormal directions of the columns of Q (n x m, by columns); dependent ones become zero. */
+static void sg_orthonormal(int n, int m, real *Q) {
+    int a, b, i;
+    for (a = 0; a < m; ++a) {
+        real *q = &Q[a * n];
+        const real before = SG_SQRT(sg_dot(n, q, q));
+        real size;
+        for (b = 0; b < a; ++b) {
+            const real part = sg_dot(n, &Q[b * n], q);
+            for (i = 0; i < n; ++i) {
+                q[i] -= part * Q[b * n + i];
+            }
+        }
+        size = SG_SQRT(sg_dot(n, q, q));
+        for (i = 0; i < n; ++i) {
+            q[i] = size > SG_SMALL * before ? q[i] / size : SG_C(0.0);
+        }
+    }
+}
+
+/* x := x without its parts along Q, of length 1; returns 0 if nothing is left. */
+static int sg_admissible(int n, int m, const real *Q, real *x) {
+    real size;
+    int a, i;
+    for (a = 0; a < m; ++a) {
+        const real part = sg_dot(n, &Q[a * n], x);
+        for (i = 0; i < n; ++i) {
+            x[i] -= part * Q[a * n + i];
+        }
+    }
+    size = SG_SQRT(sg_dot(n, x, x));
+    for (i = 0; i < n; ++i) {
+        x[i] = size > SG_TINY ? x[i] / size : SG_C(0.0);
+    }
+    return size > SG_TINY;
+}
+
+/* The eigenvalue of K + shift I with the largest size among directions perpendicular to Q, less
+   the shift, by power iteration from an irregular start. */
+static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, real *x, real *y) {
+    real value = SG_C(0.0);
+    int round, i;
+    for (i = 0; i < n; ++i) {
+        x[i] = SG_C(1.0) + (real)((37 * i) % 64) / SG_C(64.0);
+    }
+    if (!sg_admissible(n, m, Q, x)) {
+        return SG_C(0.0);
+    }
+    for (round = 0; round < SG_POWER_ROUNDS; ++round) {
+        const real before = value;
+        for (i = 0; i < n; ++i) {
+            y[i] = sg_dot(n, &K[i * n], x) + shift * x[i];
+        }
+        value = sg_dot(n, x, y);
+        sg_copy(n, y, x);
+        if (!sg_admissible(n, m, Q, x) ||
+            SG_FABS(value - before) <= SG_POWER_CHANGE * SG_FABS(value)) {
+            break;
+        }
+    }
+    return value - shift;
+}
+
+real SG(stable_step)(const SG(params) * par, real t, const real q[], const real v[], const real u[],
+                     const real force[], real scratch[]) {
+    real *M = scratch;
+    real *K = &scratch[SG_NQ * SG_NQ];
+    real *part = &scratch[2 * SG_NQ * SG_NQ];
+    real *Q = part; /* the parts of K are added up before */
+    real *x = &scratch[SG_STABLE - 2 * SG_NQ];
+    real *y = &scratch[SG_STABLE - SG_NQ];
+    const int m = SG_NG + SG_NGAMMA;
+    real top;
+    int i, j;
+    SG(p_v)(t, q, v, par, M);
+    SG(L_q_q)(t, q, v, par, K);
+    SG(f_q)(t, q, v, u, par, part);
+    for (i = 0; i < SG_NQ * SG_NQ; ++i) {
+        K[i] = -(K[i] + part[i]);
+    }
+    if (force != NULL) {
+        SG(WR_q)(t, q, force, par, part);
+        for (i = 0; i < SG_NQ * SG_NQ; ++i) {
+            K[i] -= part[i];
+        }
+    }
+    for (i = 0; i < SG_NQ; ++i) {
+        for (j = 0; j < i; ++j) {
+            const real mean = SG_C(0.5) * (K[i * SG_NQ + j] + K[j * SG_NQ + i]);
+            K[i * SG_NQ + j] = mean;
+            K[j * SG_NQ + i] = mean;
+        }
+    }
+    if (!sg_all_finite(SG_NQ * SG_NQ, K) || !sg_cholesky(SG_NQ, M)) {
+        return SG_HUGE;
+    }
+    /* K := L^-1 K L^-T; directions of constraints likewise */
+    for (i = 0; i < SG_NQ; ++i) {
+        sg_forward(SG_NQ, M, SG_NQ, &K[i]);
+    }
+    for (i = 0; i < SG_NQ; ++i) {
+        sg_forward(SG_NQ, M, 1, &K[i * SG_NQ]);
+    }
+    SG(bilateral_directions)(t, q, par, Q);
+    for (j = 0; j < m; ++j) {
+        sg_forward(SG_NQ, M, 1, &Q[j * SG_NQ]);
+    }
+    sg_orthonormal(SG_NQ, m, Q);
+    top = sg_extreme(SG_NQ, m, K, Q, SG_C(0.0), x, y);
+    if (top < SG_C(0.0)) {
+        /* the largest in size is an instability of the model's own: the fastest oscillation is at
+           the other end */
+        top = sg_extreme(SG_NQ, m, K, Q, -top, x, y);
+    }
+    return top > SG_TINY ? SG_STABLE_PHASE / SG_SQRT(top) : SG_HUGE;
+}
