@@ -1,6 +1,14 @@
 /* Semismooth Newton method for one nonlinear problem of the scheme: smooth rows r(x, lambda) = 0
    (lambda enters linearly), bilateral rows y(x) = 0, contact rows as prox equations (64). */
 
+/* Residual of row i where its kinematics y are to vanish. At rest round-off of a closed row is left
+   as it is: a correction would have to be undone in the next step, for ever. */
+static inline real sg_kinematic_residual(const SG(work) * w, int i) {
+    return w->at_rest && w->r_auto[i] * SG_FABS(w->y[i]) <= w->phi_floor[i]
+               ? SG_C(0.0)
+               : w->prox_r[i] * w->y[i];
+}
+
 /* Contact state and residual phi of every percussion row, in units of percussion. */
 static void sg_contact_rows(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
@@ -11,7 +19,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
         for (c = 0; c < SG_NORMAL; ++c) {
             const int part = sg_takes_part(pr, slot, c);
             w->kind[base + c] = part ? SG_ROW_FREE : SG_ROW_ZERO;
-            w->phi[base + c] = part ? w->prox_r[base + c] * w->y[base + c] : lambda[base + c];
+            w->phi[base + c] = part ? sg_kinematic_residual(w, base + c) : lambda[base + c];
         }
         for (k = 0; k < SG_NK; ++k) {
             const sg_contact *contact = &sg_contacts[k];
@@ -26,7 +34,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                     open = !sg_is_closed(z, SG_BAND * w->phi_floor[n]);
                 }
                 w->kind[n] = open ? SG_ROW_ZERO : SG_ROW_FREE;
-                w->phi[n] = open ? lambda[n] : w->prox_r[n] * w->y[n];
+                w->phi[n] = open ? lambda[n] : sg_kinematic_residual(w, n);
                 radius = w->mu[k] * sg_max(lambda[n], SG_C(0.0));
             } else {
                 radius = w->radius[slot * SG_NB + contact->bound];
@@ -46,7 +54,7 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                                  &ratio)) {
                     for (d = 0; d < contact->components; ++d) {
                         w->kind[f + d] = SG_ROW_FREE;
-                        w->phi[f + d] = w->prox_r[f + d] * w->y[f + d];
+                        w->phi[f + d] = sg_kinematic_residual(w, f + d);
                     }
                 } else {
                     for (d = 0; d < contact->components; ++d) {

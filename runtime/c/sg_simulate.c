@@ -232,6 +232,7 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
         return SG_K(BAD_ARGUMENT);
     }
     sg_reset_info(&info);
+    w->at_rest = 0;
     sg_copy(SG_NX_TOTAL, x, w->x);
     sg_copy(SG_NL_TOTAL, lambda, w->lambda);
     for (j = 0; j < SG_NU; ++j) {

@@ -29,7 +29,8 @@ static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     const int stay = s->choice[problem] != SG_UNIQUE;
     int i;
     for (i = pr->x; i < pr->x + pr->n_x; ++i) {
-        w->x[i] = s->x[i] + first * s->x_1[i] + second * s->x_2[i];
+        w->x[i] = s->order < 0 ? w->v[(i - pr->x) % SG_NQ]
+                               : s->x[i] + first * s->x_1[i] + second * s->x_2[i];
     }
     for (i = pr->lambda; i < pr->lambda + pr->n_slots * SG_NC; ++i) {
         const real change = first * s->lambda_1[i] + second * s->lambda_2[i];
@@ -254,6 +255,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         if (!sg_is_tried(w, problem, attempt, warm, effort)) {
             continue;
         }
+        w->at_rest = attempt == SG_WARM_START && s->order < 0;
         if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {

@@ -126,12 +126,14 @@ static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * 
 }
 
 /* Backward differences of the solutions of steps of the same size and contact state, and the order
-   to which they would have predicted this one best. Differences of the size of round-off predict
-   nothing: followed from step to step they would grow. */
+   to which they would have predicted this one best; -1 where the velocities are those of the
+   step's start but for round-off. Differences of that size predict nothing: followed from step to
+   step they would grow, and have to be corrected. */
 static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
     const int known = same && s->h_guess == w->h ? s->warm : 0;
     real error[3];
     real noise = SG_C(0.0);
+    real apart = SG_C(0.0);
     int i, j;
     sg_fill(3, SG_C(0.0), error);
     if (known > 0) {
@@ -140,7 +142,9 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
                 const real d_1 = w->x[i + j] - s->x[i + j];
                 const real d_2 = d_1 - s->x_1[i + j];
                 const real d_3 = d_2 - s->x_2[i + j];
-                noise += SG_FLOOR * w->pace[j] * w->root_inertia[j];
+                /* velocities of the stages are as rough as the positions over the step size */
+                noise += SG_FLOOR * (w->pace[j] + SG_FABS(w->q[j]) / w->h) * w->root_inertia[j];
+                apart += SG_FABS(w->x[i + j] - w->v[j]) * w->root_inertia[j];
                 error[0] += SG_FABS(d_1) * w->root_inertia[j];
                 error[1] += SG_FABS(d_2) * w->root_inertia[j];
                 error[2] += SG_FABS(d_3) * w->root_inertia[j];
@@ -168,9 +172,12 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
             s->lambda_2[i] = SG_C(0.0);
         }
     }
-    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0] && error[0] > noise)) ? 0 : 1;
+    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
     if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {
         s->order = 2;
+    }
+    if (known > 0 && error[0] <= noise) {
+        s->order = apart <= noise ? -1 : 0;
     }
     s->warm = !same ? 0 : known < 2 ? known + 1 : 2;
 }
