@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from signorini.runtime.simulator import Simulator
     from signorini.runtime.stepper import Stepper, load
     from signorini.runtime.trajectory import Event, Trajectory
-    from signorini.verify.check import Report
+    from signorini.verify.report import Report
     from signorini.workflow import build, check, generate
 
 # Imported on first use: loading a stepper must not need the symbolic packages.
@@ -32,7 +32,7 @@ _HOMES = {
     "build": "signorini.workflow",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
-    "Report": "signorini.verify.check",
+    "Report": "signorini.verify.report",
     "load": "signorini.runtime.stepper",
     "Stepper": "signorini.runtime.stepper",
     "Simulator": "signorini.runtime.simulator",

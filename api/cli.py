@@ -235,6 +235,10 @@ def check(
     model: str,
     *,
     stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
+    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    velocity_constraints: Literal["paper", "full_order"] | None = None,
+    precision: Literal["double", "float"] = "double",
+    prefix: str | None = None,
     seed: int = 0,
     sanitize: Switch = False,
     json: Path | None = None,
@@ -252,6 +256,14 @@ def check(
         A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
     stages
         Numbers of stages to check, by default 2 3 4.
+    scheme
+        lobatto or moreau.
+    velocity_constraints
+        paper, or full_order: the default for models without contacts.
+    precision
+        Real type of the generated C.
+    prefix
+        Prefix of the C names, by default the model's name.
     seed
         Seed of the random states.
     sanitize
@@ -275,6 +287,10 @@ def check(
             stages=stages or (2, 3, 4),
             seed=seed,
             sanitize=sanitize,
+            scheme=scheme,
+            velocity_constraints=velocity_constraints,
+            precision=precision,
+            prefix=prefix,
             progress=lambda text: status.update(f"{chosen.name}: {text}"),
         )
     report.show(console)

@@ -1,12 +1,18 @@
 """The front end: a user declares a mechanical model."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from signorini.codegen.errors import ModelError
 from signorini.codegen.names import check_identifier, split_names
 from signorini.codegen.symbols import CasADi, SymPy, World, is_number, par
+
+# What a contact can be seen doing in one step; the sign of a slip does not count here.
+MOTIONS = (
+    *("open", "impacting", "separating", "persisting", "sticking", "slipping"),
+    *("guard on", "guard off"),
+)
 
 
 @dataclass
@@ -21,6 +27,7 @@ class ContactDeclaration:
     e_F: Any = 0
     bound: Any = None
     guard: Any = None
+    never: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
@@ -221,6 +228,7 @@ class Model:
         e_N: Any = 0,
         e_F: Any = 0,
         guard: Any = None,
+        never: Mapping[str, str] | None = None,
     ) -> None:
         """Add a unilateral contact with Newton impacts and Coulomb friction.
 
@@ -236,14 +244,35 @@ class Model:
             Friction coefficient >= 0, normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
+        never : mapping from kind of motion to reason, optional
+            Motions that this contact cannot make, e.g. ``{"sticking": "its motion is given"}``:
+            `signorini.check` does not ask for them, repeats the reason, and fails if it sees one.
+            Kinds are open, impacting, separating, persisting, sticking, slipping, guard on,
+            guard off.
+
+        Raises
+        ------
+        ModelError
+            For a missing gap, friction without a slip velocity, or an unknown kind.
         """
         if g_N is None:
             raise ModelError(
                 self.name, f"contact '{name}'", "g_N is None", "Give the gap g_N(t, q)"
             )
-        self._add_contact(name, g_N, gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
+        if gamma_F is None:
+            for law, value in (("mu", mu), ("e_F", e_F)):
+                if not is_number(value) or float(value) != 0:
+                    raise ModelError(
+                        self.name,
+                        f"{law} of contact '{name}'",
+                        f"is {value}, but the contact has no slip velocity gamma_F",
+                        "Give gamma_F, or leave out mu and e_F for a frictionless contact",
+                    )
+        self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
 
-    def friction(self, name: str, *, gamma_F: Any, bound: Any) -> None:
+    def friction(
+        self, name: str, *, gamma_F: Any, bound: Any, never: Mapping[str, str] | None = None
+    ) -> None:
         """Add friction with a given force bound: a brake, a joint with dry friction.
 
         Parameters
@@ -254,8 +283,15 @@ class Model:
             Slip velocity gamma_F(t, q, v), affine in v.
         bound : number or expression of t, q, u and parameters
             Largest friction force; a negative value counts as zero.
+        never : mapping from kind of motion to reason, optional
+            As for `contact`.
+
+        Raises
+        ------
+        ModelError
+            For a missing slip velocity or an unknown kind of motion.
         """
-        self._add_contact(name, None, gamma_F, bound=bound)
+        self._add_contact(name, None, gamma_F, never, bound=bound)
         if not self.contacts[-1].gamma_F:
             raise ModelError(
                 self.name, f"friction '{name}'", "has no slip velocity", "Give gamma_F(t, q, v)"
@@ -333,7 +369,9 @@ class Model:
             )
         self._taken[name] = kind
 
-    def _add_contact(self, name: str, g_N: Any, gamma_F: Any, **laws: Any) -> None:
+    def _add_contact(
+        self, name: str, g_N: Any, gamma_F: Any, never: Mapping[str, str] | None, **laws: Any
+    ) -> None:
         kind = "friction" if g_N is None else "contact"
         self._claim(name, kind, symbol=False)
         components = [] if gamma_F is None else self._list(f"gamma_F of {kind} '{name}'", gamma_F)
@@ -344,7 +382,17 @@ class Model:
                 f"has {len(components)} components",
                 "Give none (frictionless), one (planar) or two (spatial)",
             )
-        self.contacts.append(ContactDeclaration(name, g_N, components, **laws))
+        waived = {} if never is None else never
+        if not isinstance(waived, Mapping) or not all(
+            k in MOTIONS and isinstance(reason, str) and reason for k, reason in waived.items()
+        ):
+            raise ModelError(
+                self.name,
+                f"never of {kind} '{name}'",
+                f"is {never!r}",
+                f"Give a reason for each of these kinds of motion: {', '.join(MOTIONS)}",
+            )
+        self.contacts.append(ContactDeclaration(name, g_N, components, **laws, never=dict(waived)))
 
     def _list(self, what: str, expressions: Any) -> list[Any]:
         """One expression, a list, or a column matrix, as a list."""

@@ -109,7 +109,8 @@ class ContactRow:
     friction: int
     components: int
     bound: int
-    guarded: bool
+    guarded: bool  # exists only while its entry of work.guard is >= 0
+    has_guard: bool  # the model gives a guard
 
 
 @dataclass(frozen=True)
@@ -573,6 +574,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
                 c.n_F,
                 -1 if is_contact else bound,
                 c.guard is not None if guarded is None else guarded[k],
+                c.guard is not None,
             )
         )
         normal += is_contact

@@ -1,29 +1,28 @@
-"""Generated against numeric: one report for one model."""
+"""Generated against numeric: the comparisons of one model."""
 
-import json
 import os
 import shutil
 import subprocess
 import tempfile
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 from signorini.codegen.cfunction import equation_of
 from signorini.codegen.model import Model
 from signorini.runtime.compile import find_compiler
-from signorini.runtime.errors import StepError
+from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.stepper import Stepper
 from signorini.verify.draw import Drawer, State, seen, wanted
 from signorini.verify.expressions import DIGITS, Expressions
+from signorini.verify.full_order import FullOrderReference
 from signorini.verify.functions import reference_values
+from signorini.verify.judge import accepts
+from signorini.verify.moreau import MoreauReference
 from signorini.verify.reference import Reference, Step
+from signorini.verify.report import Item, Report
 
 _FUNCTION_STATES = 4
 _JACOBIAN_STATES = 2
@@ -31,136 +30,46 @@ _MAX_DRAWS = 3000
 _PER_KIND = 2  # verified steps for each kind of motion of each contact
 _RANDOM_STEPS = 10
 _TIE = 1e-9  # guards closer to zero than this are left to neither implementation
-_SOLVED_AGAIN = 3
+_SOLVED_AGAIN = 12  # at most, of models so small that it takes seconds
+_SMALL = 40  # unknowns of a step up to which that holds
 _APART = 1e-4  # end velocities further apart than this belong to different solutions
+_SHARE = 20  # one in so many steps may have another solution, if that is one
 _TRAJECTORY = 30
+_NOISE = 200  # times what round-off of the arguments changes
+# By precision: model functions, Jacobians, steps, steps solved again; relative changes of the
+# arguments by which the size of terms and of their round-off are seen.
+_TOLERANCES = {
+    "double": (1e-12, 1e-11, 1e-8, 1e-7),
+    "float": (3e-5, 3e-4, 1e-2, 1e-2),
+}
+_CHANGES = {"double": (1e-6, 1e-15), "float": (1e-3, 2e-7)}
+_LEFT_OUT = (
+    "substeps and rescues: steps are taken whole, from a cold start and from a run's guess",
+    "options other than the defaults of the stepper (active_set='end', scaling='none')",
+    "batches and the recording of thinned rows",
+)
 
 
-@dataclass(frozen=True)
-class Item:
-    """One comparison: the worst error over all its samples, relative to the quantity's size."""
-
-    name: str
-    equation: str
-    worst: float
-    tolerance: float
-    samples: int
-
-    @property
-    def passed(self) -> bool:
-        return self.samples > 0 and self.worst <= self.tolerance
+def reference_of(model: Model, stepper: Stepper, high: bool = False) -> Reference:
+    """The reference of the scheme and form that a stepper has."""
+    m = stepper.manifest
+    if m["scheme"] == "moreau":
+        return MoreauReference(model, stepper.stages, high=high)
+    if m["velocity_form"] == "full_order":
+        return FullOrderReference(model, stepper.stages, high=high)
+    return Reference(model, stepper.stages, high=high)
 
 
-@dataclass
-class Report:
-    """Outcome of `check`.
-
-    Attributes
-    ----------
-    model : str
-        Name of the model.
-    items : list of Item
-        Comparisons.
-    counts : dict
-        Contact -> kind of motion -> number of verified steps that showed it, over all stages.
-    notes : list of str
-        What was noticed besides.
-    """
-
-    model: str
-    items: list[Item] = field(default_factory=list)
-    counts: dict[str, dict[str, int]] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def unseen(self) -> list[str]:
-        """Kinds of motion that no verified step showed."""
-        return [
-            f"{contact}: {kind}"
-            for contact, kinds in self.counts.items()
-            for kind, count in kinds.items()
-            if count == 0
-        ]
-
-    @property
-    def passed(self) -> bool:
-        """Whether every comparison holds and every kind of motion was seen."""
-        return bool(self.items) and all(i.passed for i in self.items) and not self.unseen
-
-    def __bool__(self) -> bool:
-        return self.passed
-
-    def to_dict(self) -> dict[str, Any]:
-        """The report as plain data."""
-        return {
-            "model": self.model,
-            "passed": self.passed,
-            "items": [vars(i) | {"passed": i.passed} for i in self.items],
-            "counts": self.counts,
-            "unseen": self.unseen,
-            "notes": self.notes,
-        }
-
-    def to_json(self) -> str:
-        """The report as JSON."""
-        return json.dumps(self.to_dict(), indent=1)
-
-    def to_junit(self) -> str:
-        """The report as JUnit XML, one test case for each comparison and kind of motion."""
-        failed = [i for i in self.items if not i.passed]
-        suite = ET.Element(
-            "testsuite",
-            name=f"signorini check {self.model}",
-            tests=str(len(self.items) + sum(len(k) for k in self.counts.values())),
-            failures=str(len(failed) + len(self.unseen)),
-        )
-        for i in self.items:
-            case = ET.SubElement(suite, "testcase", classname=self.model, name=i.name)
-            if not i.passed:
-                text = f"{i.equation}: worst error {i.worst:.3g} > {i.tolerance:g}"
-                ET.SubElement(case, "failure", message=text)
-        for contact, kinds in self.counts.items():
-            for kind, count in kinds.items():
-                case = ET.SubElement(
-                    suite, "testcase", classname=self.model, name=f"{contact}: {kind}"
-                )
-                if not count:
-                    ET.SubElement(case, "failure", message="never seen in a verified step")
-        return ET.tostring(suite, encoding="unicode", xml_declaration=True)
-
-    def show(self, console: Console) -> None:
-        """Print the report as tables."""
-        table = Table(
-            title=f"{self.model}: generated C against the reference", title_justify="left"
-        )
-        for heading in ("", "equation"):
-            table.add_column(heading)
-        for heading in ("worst error", "tolerance", "samples", ""):
-            table.add_column(heading, justify="right")
-        for i in self.items:
-            verdict = "[green]ok" if i.passed else "[bold red]FAILED"
-            table.add_row(
-                i.name, i.equation, f"{i.worst:.1e}", f"{i.tolerance:.0e}", str(i.samples), verdict
-            )
-        console.print(table)
-        if self.counts:
-            table = Table(title="verified steps in which a contact was seen", title_justify="left")
-            table.add_column("contact")
-            table.add_column("kinds of motion")
-            for contact, kinds in self.counts.items():
-                text = ", ".join(
-                    f"{kind} {count}" if count else f"[bold red]{kind} 0[/]"
-                    for kind, count in kinds.items()
-                )
-                table.add_row(contact, text)
-            console.print(table)
-        for note in self.notes:
-            console.print(f"note: {note}", markup=False)
-        console.print("[green]passed" if self.passed else "[bold red]FAILED")
+def _worst(error: np.ndarray, size: np.ndarray) -> float:
+    """Largest error over its size; where the size is zero any error is infinite."""
+    error, size = np.abs(np.asarray(error, float)), np.asarray(size, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(error == 0, 0.0, error / size)
+    return float(np.max(share, initial=0.0))
 
 
 class Checker:
-    """Collects the comparisons of one model.
+    """Collects the comparisons of one model under one scheme, form and precision.
 
     Parameters
     ----------
@@ -190,6 +99,7 @@ class Checker:
     def run(self, stages: Sequence[int], sanitize: bool = False) -> Report:
         """Compare everything for the given numbers of stages."""
         first = self.build(self.model, stages[0])
+        self._describe(first, stages)
         self.tell("model functions")
         self.functions(first)
         for s in stages:
@@ -212,123 +122,188 @@ class Checker:
             worst = float("inf")
         self.report.items.append(Item(name, equation, worst, tolerance, len(errors)))
 
+    def _describe(self, stepper: Stepper, stages: Sequence[int]) -> None:
+        m = stepper.manifest
+        own = reference_of(self.model, stepper)
+        numbers = "" if m["scheme"] == "moreau" else f", s = {', '.join(map(str, stages))}"
+        self.report.covers += [
+            f"{own.covers}{numbers}, {m['precision']} precision, prefix {m['prefix']}",
+            f"{len(stepper.functions)} model functions at {_FUNCTION_STATES} states, all rows and "
+            f"Jacobians at {_JACOBIAN_STATES}, single steps from drawn states, {_TRAJECTORY} steps "
+            "of a run",
+        ]
+        self.report.left_out += list(_LEFT_OUT)
+        if type(own) is not Reference:
+            self.report.left_out.append("steps of this form are verified, not solved anew")
+        self.report.never = {c.name: dict(c.never) for c in self.model.contacts if c.never}
+
+    def _tolerance(self, stepper: Stepper, which: int) -> float:
+        return _TOLERANCES[stepper.manifest["precision"]][which]
+
     # --- functions -------------------------------------------------------------------------------
 
     def functions(self, stepper: Stepper) -> None:
         """Every emitted function and derivative at random states."""
         e = Expressions(self.model, high=True)
         rng = np.random.default_rng(self.seed)
+        tolerance = self._tolerance(stepper, 0)
         errors: dict[str, list[float]] = {name: [] for name in stepper.functions}
         for _ in range(_FUNCTION_STATES):
             t, q, v, u, R, parameters = self._any_state(stepper, rng)
             expected = reference_values(e, t, q, v, u, R, list(parameters.values()))
+            names = list(parameters)
+            at = [np.atleast_1d(x) for x in (t, q, v, u, R, list(parameters.values()))]
+
+            def values(at: list[np.ndarray], names: list[str] = names) -> dict[str, np.ndarray]:
+                par = dict(zip(names, map(float, at[5]), strict=True))
+                return {
+                    name: stepper.evaluate(name, float(at[0][0]), at[1], at[2], at[3], par, at[4])
+                    for name in stepper.functions
+                }
+
+            mine = values(at)
+            sizes = self._sizes(stepper, values, at, mine, rng, tolerance)
             for name in stepper.functions:
-                value = stepper.evaluate(name, t, q, v, u, parameters, R)
-                other = expected[name].reshape(np.shape(value))
-                scale = max(1.0, float(np.max(np.abs(other), initial=0)))
-                errors[name].append(float(np.max(np.abs(value - other), initial=0)) / scale)
+                other = np.array(expected[name], dtype=float).reshape(np.shape(mine[name]))
+                size = np.maximum(sizes[name], np.abs(other))
+                errors[name].append(_worst(mine[name] - other, size))
         for name, list_of in errors.items():
-            self._add(name, equation_of(name), list_of, 1e-12)
+            self._add(name, equation_of(name), list_of, tolerance)
+
+    def _sizes(
+        self,
+        stepper: Stepper,
+        values: Callable[[list[np.ndarray]], dict[str, np.ndarray]],
+        at: list[np.ndarray],
+        here: dict[str, np.ndarray],
+        rng: np.random.Generator,
+        tolerance: float,
+    ) -> dict[str, np.ndarray]:
+        """The size of the terms of every entry, in its own units.
+
+        A relative change of all arguments shows the size of the terms that do not cancel, a change
+        of the size of round-off that of the terms that do.
+        """
+        change, round_off = _CHANGES[stepper.manifest["precision"]]
+        sizes = {name: np.zeros(np.shape(value)) for name, value in here.items()}
+        for scale, factor, count in (
+            (change, 1 / change, 2),
+            (round_off, _NOISE / tolerance, 4),
+        ):
+            for _ in range(count):
+                moved = [x * (1 + scale * rng.uniform(-1, 1, x.shape)) for x in at]
+                for name, value in values(moved).items():
+                    sizes[name] = np.maximum(sizes[name], factor * np.abs(value - here[name]))
+        return sizes
 
     def _any_state(self, stepper: Stepper, rng: np.random.Generator) -> tuple[Any, ...]:
         n = stepper.sizes
         t, q, v = stepper.initial_state()
         parameters = Drawer(stepper, int(rng.integers(2**31)))._parameters()
-        return (
+        rounded: Any = stepper._library.dtype
+        drawn = (
             t + rng.uniform(0.1, 1.0),
             q + 0.2 * rng.normal(size=n["n_q"]),
             v + rng.normal(size=n["n_q"]),
             rng.normal(size=n["n_u"]),
             rng.normal(size=n["n_R"]),
-            parameters,
         )
+        time, *arrays = (np.asarray(x).astype(rounded).astype(float) for x in drawn)
+        parameters = {name: float(rounded(x)) for name, x in parameters.items()}
+        return (float(time), *arrays, parameters)
 
     # --- Jacobians -------------------------------------------------------------------------------
 
     def jacobians(self, stepper: Stepper) -> None:
-        """Residuals and Jacobians of both problems against differences in 50 digits."""
-        reference = Reference(self.model, stepper.stages, high=True)
+        """Residuals and Jacobians of all problems against differences in 50 digits."""
+        reference = reference_of(self.model, stepper, high=True)
+        plain = reference_of(self.model, stepper)
         rng = np.random.default_rng(self.seed + stepper.stages)
         n, s = stepper.sizes, stepper.stages
+        rounded: Any = stepper._library.dtype
+        tolerance = self._tolerance(stepper, 1)
         names = ("r", "y", "A", "B", "C")
         errors: dict[tuple[str, str], list[float]] = {}
         for _ in range(_JACOBIAN_STATES):
             t, q, v, u, _, parameters = self._any_state(stepper, rng)
-            h = 0.05
-            x = np.tile(v, s + 1) + 0.2 * rng.normal(size=(s + 1) * n["n_q"])
-            lam = 0.3 * rng.normal(size=s * n["n_R"])
+            h = float(rounded(0.05))
             par = list(parameters.values())
-            for problem in ("position", "velocity"):
-                mine = stepper.problem(
-                    problem, x, lam, h, t=t, q=q, v=v, u=u, parameters=parameters
-                )
-                other = self._differences(reference, problem, t, q, v, u, par, h, x, lam)
+            blocks = n["n_x_total"] // n["n_q"]
+            masses = plain.effective_masses((t, q, v, u, par))
+            x = np.tile(v, blocks) + 0.2 * rng.normal(size=n["n_x_total"])
+            # percussions as large as momenta: in other units forces would drown
+            lam = 0.3 * rng.normal(size=n["n_lambda_total"])
+            lam *= np.tile(masses, n["n_lambda_total"] // max(n["n_R"], 1)) if n["n_R"] else 1
+            x, lam = (y.astype(rounded).astype(float) for y in (x, lam))
+            at = [np.atleast_1d(y) for y in (t, q, v, u, x, lam)]
+            for problem in reference.problems:
+
+                def rows(
+                    at: list[np.ndarray],
+                    problem: str = problem,
+                    h: float = h,
+                    parameters: dict[str, float] = parameters,
+                ) -> dict[str, np.ndarray]:
+                    t, q, v, u, x, lam = at
+                    found = stepper.problem(
+                        problem, x, lam, h, t=float(t[0]), q=q, v=v, u=u, parameters=parameters
+                    )
+                    return {name: found[name] for name in names}
+
+                mine = rows(at)
+                sizes = self._sizes(stepper, rows, at, mine, rng, tolerance)
+                other = self._differences(reference, problem, (t, q, v, u, par), h, x, lam)
                 for name in names:
-                    scale = max(1.0, float(np.max(np.abs(other[name]), initial=0)))
-                    difference = np.max(np.abs(mine[name] - other[name]), initial=0) / scale
-                    errors.setdefault((problem, name), []).append(float(difference))
+                    size = np.maximum(sizes[name], np.abs(other[name]))
+                    worst = _worst(mine[name] - other[name], size)
+                    errors.setdefault((problem, name), []).append(worst)
         titles = {
-            "r": "smooth rows (47b), (47d)",
-            "y": "kinematic rows (47f), (48), (51), (68)",
+            "r": "smooth rows",
+            "y": "kinematic rows",
             "A": "A = dr/dx",
             "B": "B = dr/dlambda",
             "C": "C = dy/dx",
         }
         for (problem, name), list_of in errors.items():
-            self._add(f"{problem} {name}, s = {s}", titles[name], list_of, 1e-11)
+            self._add(f"{problem} {name}, s = {s}", titles[name], list_of, tolerance)
 
     def _differences(
         self,
         reference: Reference,
         problem: str,
-        t: Any,
-        q: Any,
-        v: Any,
-        u: Any,
-        par: Any,
-        h: Any,
+        at: tuple[Any, ...],
+        h: float,
         x: np.ndarray,
         lam: np.ndarray,
     ) -> dict[str, np.ndarray]:
-        n, s, n_R = reference.n, reference.s, reference.n_R
+        where = reference.problems[problem]
         with mp.workdps(DIGITS):
             exact = np.vectorize(mp.mpf, otypes=[object])
-            q, v = exact(q), exact(v)
-            weights = exact(reference.b)
-            e_N, e_F, rates = self._restitution(reference, t, q, v, u, par)
+
+            def vector(values: np.ndarray) -> np.ndarray:
+                return exact(values) if np.size(values) else np.zeros(0, dtype=object)
+
+            t, q, v, u, par = at
+            start = (mp.mpf(t), vector(q), vector(v), u, par)
+            h = mp.mpf(h)
+            xs, lams = vector(x), vector(lam)
 
             def rows(x: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-                R = np.zeros((s, n_R), dtype=object)
-                R[: s - 1] = lam[: (s - 1) * n_R].reshape(s - 1, n_R)
-                delta_P = lam[(s - 1) * n_R :]
-                R[s - 1] = (delta_P - weights[: s - 1] @ R[: s - 1]) / weights[s - 1]
-                step = Step(x[: s * n].reshape(s, n), x[s * n :], R)
-                momentum, final, y, end_rates, _ = reference.smooth(step, t, q, v, u, par, h)
-                if problem == "position":
-                    return np.concatenate(momentum), np.concatenate([np.zeros(0), *y[1:]])
-                xi = np.array(end_rates, dtype=object)
-                xi[reference.n_bilateral : reference.n_normal] += e_N * rates[0]
-                xi[reference.n_normal :] += e_F * rates[1]
-                return final, xi
+                return reference.equations_of(problem, x, lam, start, h)
 
-            xs, lams = exact(x), exact(lam) if lam.size else np.zeros(0, dtype=object)
             here = rows(xs, lams)
             step = mp.mpf(10) ** -20
-            first, count = (0, s * n) if problem == "position" else (s * n, n)
-            lam_first, lam_count = (
-                (0, (s - 1) * n_R) if problem == "position" else ((s - 1) * n_R, n_R)
-            )
             A, B, C = [], [], []
-            for k in range(count):
+            for k in range(*where.x.indices(x.size)):
                 plus, minus = xs.copy(), xs.copy()
-                plus[first + k] += step
-                minus[first + k] -= step
+                plus[k] += step
+                minus[k] -= step
                 (r_plus, y_plus), (r_minus, y_minus) = rows(plus, lams), rows(minus, lams)
                 A.append((r_plus - r_minus) / (2 * step))
                 C.append((y_plus - y_minus) / (2 * step))
-            for k in range(lam_count):
+            for k in range(*where.lam.indices(lam.size)):
                 plus = lams.copy()
-                plus[lam_first + k] += 1
+                plus[k] += 1
                 B.append(rows(xs, plus)[0] - here[0])
 
             def number(value: Any, *shape: int) -> np.ndarray:
@@ -338,45 +313,43 @@ class Checker:
             return {
                 "r": number(here[0], n_r),
                 "y": number(here[1], n_y),
-                "A": number(A, count, n_r).T,
-                "B": number(B, lam_count, n_r).T,
-                "C": number(C, count, n_y).T,
+                "A": number(A, len(A), n_r).T,
+                "B": number(B, len(B), n_r).T,
+                "C": number(C, len(C), n_y).T,
             }
-
-    @staticmethod
-    def _restitution(reference: Reference, t: Any, q: Any, v: Any, u: Any, par: Any) -> Any:
-        e = reference.e
-        at = (t, q, v, u, par)
-        contacts = e.contacts
-        e_N_all, e_F_all = e.value("e_N", *at), e.value("e_F", *at)
-        e_N = np.array([e_N_all[k] for k, c in enumerate(contacts) if c.g_N is not None], object)
-        e_F = np.array([e_F_all[k] for k, c in enumerate(contacts) for _ in c.gamma_F], object)
-        return e_N, e_F, (e.dot("g_N", *at), e.value("gamma_F", *at))
 
     # --- steps -----------------------------------------------------------------------------------
 
     def steps(self, stepper: Stepper) -> None:
         """Single steps from drawn states: verified by the reference, some solved again by it."""
-        reference = Reference(self.model, stepper.stages)
+        reference = reference_of(self.model, stepper)
         drawer = Drawer(stepper, self.seed)
         targets = wanted(stepper, stepper.parameters)
         counts = {name: dict.fromkeys(kinds, 0) for name, kinds in targets.items()}
         errors: dict[str, list[float]] = {}
         own: list[float] = []
-        failures = random_steps = ties = others = 0
+        failures = random_steps = ties = others = doubtful = 0
+        unknowns = (stepper.stages + 1) * stepper.sizes["n_q"]
+        unknowns += stepper.stages * stepper.sizes["n_R"]
+        again = _SOLVED_AGAIN if unknowns <= _SMALL else 3
         for _ in range(_MAX_DRAWS):
-            missing = any(c < _PER_KIND for kinds in counts.values() for c in kinds.values())
+            missing = any(
+                count < _PER_KIND and self.report.waiver(name, kind) is None
+                for name, kinds in counts.items()
+                for kind, count in kinds.items()
+            )
             if not missing and random_steps >= _RANDOM_STEPS:
                 break
             state = drawer.draw()
             if state is None:
                 continue
+            state = self._rounded(stepper, state)
             if self._is_tie(stepper, state):
                 ties += 1
                 continue
             try:
                 traj = self._one_step(stepper, state)
-            except StepError:
+            except (StepError, RunError):
                 failures += 1
                 continue
             kinds_seen = seen(stepper, traj, state)
@@ -388,31 +361,25 @@ class Checker:
             if not news and random_steps >= _RANDOM_STEPS:
                 continue
             random_steps += not news
-            scale = self._scale(stepper, traj, state)
-            residual, _ = self._residual(reference, traj, state, 0)
-            for name, value in residual.items():
-                worst = float(np.max(np.abs(value), initial=0))
-                errors.setdefault(name, []).append(worst / scale)
+            step = self._residuals(reference, traj, state, 0, errors)
             for name, kind in kinds_seen:
                 if kind in counts[name]:
                     counts[name][kind] += 1
-            if len(own) < _SOLVED_AGAIN:
-                solution = reference.solve(*self._arguments(state))
-                if solution is not None:
-                    difference = np.max(np.abs(solution.v_end - traj.v[1]), initial=0)
-                    difference /= max(1.0, float(np.max(np.abs(traj.v))))
-                    # Friction may leave several solutions; the step was verified to be one.
-                    if difference > _APART:
-                        others += 1
-                    else:
-                        own.append(float(difference))
-        self._add_steps(f"step, s = {stepper.stages}", errors)
-        self._add(f"step solved again, s = {stepper.stages}", "v_{n+1}", own, 1e-7)
-        if others:
-            self.report.notes.append(
-                f"s = {stepper.stages}: for {others} of the steps solved again the reference found "
-                "another solution"
+            if len(own) + others + doubtful < again:
+                verdict = self._solve_again(reference, step, state)
+                others += verdict == "other"
+                doubtful += verdict == "doubtful"
+                if isinstance(verdict, float):
+                    own.append(verdict)
+        self._add_steps(reference, f"step, s = {stepper.stages}", errors, stepper)
+        if type(reference) is Reference:
+            self._add(
+                f"step solved again, s = {stepper.stages}",
+                "v_{n+1}",
+                own,
+                self._tolerance(stepper, 3),
             )
+        self._several(stepper, len(own), others, doubtful)
         if ties:
             self.report.notes.append(
                 f"s = {stepper.stages}: {ties} drawn states left out, a guard is zero to round-off"
@@ -426,14 +393,69 @@ class Checker:
             for kind, count in kinds.items():
                 total[kind] += count
 
+    def _solve_again(self, reference: Reference, step: Step, state: State) -> float | str | None:
+        """How far the reference's own solution is; whether it is another one that holds as well."""
+        at = self._arguments(state)
+        solution = reference.solve(*at)
+        if solution is None:
+            return None
+        speeds = (state.v, step.V, step.v_end, solution.v_end)
+        speed = max(float(np.max(np.abs(x))) for x in speeds)
+        apart = float(np.max(np.abs(solution.v_end - step.v_end), initial=0))
+        difference = apart / speed if speed > 0 else 0.0
+        if difference <= _APART:
+            return difference
+        # Friction may leave several solutions. Both count only if the reference stays at the one
+        # that C found, and if a judge that shares nothing with it accepts both.
+        t, q, v, u, par, h = at
+        there = reference.solve(t, q, v, u, par, h, start=step)
+        stays = there is not None and (
+            np.max(np.abs(there.v_end - step.v_end), initial=0) <= _APART * speed
+        )
+        place = at[:5]
+        both = stays and all(accepts(reference, one, place, h, 1e-6) for one in (step, solution))
+        return "other" if both else "doubtful"
+
+    def _several(self, stepper: Stepper, own: int, others: int, doubtful: int) -> None:
+        if not others and not doubtful:
+            return
+        solved = own + others + doubtful
+        self.report.notes.append(
+            f"s = {stepper.stages}: for {others + doubtful} of {solved} steps solved again the "
+            f"reference found another solution; both hold in {others} of them"
+        )
+        allowed = max(1, solved // _SHARE)
+        self._add(
+            f"other solutions, s = {stepper.stages}",
+            "steps whose other solution does not hold as well, or too many of them",
+            [float(doubtful + max(0, others - allowed))],
+            0.0,
+        )
+
     @staticmethod
     def _is_tie(stepper: Stepper, state: State) -> bool:
         """Whether round-off decides if a contact exists."""
-        if not any(c["guarded"] for c in stepper.manifest["contacts"]):
+        if not any(c["has_guard"] for c in stepper.manifest["contacts"]):
             return False
         guard = stepper.evaluate("guard", state.t, state.q, parameters=state.parameters)
-        guarded = [c["guarded"] for c in stepper.manifest["contacts"]]
+        guarded = [c["has_guard"] for c in stepper.manifest["contacts"]]
         return bool(np.any(np.abs(guard[guarded]) < _TIE))
+
+    @staticmethod
+    def _rounded(stepper: Stepper, state: State) -> State:
+        """The state as the stepper's numbers hold it."""
+        kind: Any = stepper._library.dtype
+        if kind is np.float64:
+            return state
+        q, v, u = (np.asarray(x).astype(kind).astype(float) for x in (state.q, state.v, state.u))
+        return State(
+            float(kind(state.t)),
+            q,
+            v,
+            u,
+            {name: float(kind(x)) for name, x in state.parameters.items()},
+            float(kind(state.dt)),
+        )
 
     @staticmethod
     def _one_step(stepper: Stepper, state: State) -> Any:
@@ -451,40 +473,43 @@ class Checker:
     def _arguments(state: State) -> tuple[Any, ...]:
         return (state.t, state.q, state.v, state.u, list(state.parameters.values()), state.dt)
 
-    def _residual(
-        self, reference: Reference, traj: Any, state: State, row: int
-    ) -> tuple[dict[str, np.ndarray], Step]:
-        step = Step(traj.V[row], traj.v[row + 1], traj._arrays["R"][row])
-        # Unit prox parameters of the size of a mass keep the mixed residual on one scale.
-        return reference.residual(step, *self._arguments(state)), step
+    def _residuals(
+        self,
+        reference: Reference,
+        traj: Any,
+        state: State,
+        row: int,
+        errors: dict[str, list[float]],
+    ) -> Step:
+        """Add the errors of one step, every row in units of its own terms."""
+        step = Step(traj.V[row], traj.v[row + 1], traj._arrays["R"][row], traj.q[row + 1])
+        t, q, v, u, par, h = self._arguments(state)
+        r = reference.prox_parameters((t, q, v, u, par), h)
+        residual = reference.residual(step, t, q, v, u, par, h, r)
+        sizes = reference.sizes(step, t, q, v, u, par, h, r)
+        for name, value in residual.items():
+            errors.setdefault(name, []).append(_worst(value, sizes[name]))
+        return step
 
-    @staticmethod
-    def _scale(stepper: Stepper, traj: Any, state: State) -> float:
-        p = stepper.evaluate("p", traj.t, traj.q, traj.v, parameters=state.parameters)
-        speeds = float(np.max(np.abs(traj.v), initial=0))
-        return max(1.0, float(np.max(np.abs(p), initial=0)), speeds)
-
-    def _add_steps(self, what: str, errors: dict[str, list[float]]) -> None:
-        equations = {
-            "momentum": "(47b)",
-            "end": "(47d)",
-            "bilateral": "(47f), (48), (51)",
-            "normal": "(52), (56)",
-            "friction": "(57), (58)",
-        }
+    def _add_steps(
+        self, reference: Reference, what: str, errors: dict[str, list[float]], stepper: Stepper
+    ) -> None:
         for name, list_of in errors.items():
-            self._add(f"{what}: {name}", equations[name], list_of, 1e-8)
+            equation = reference.equations[name]
+            self._add(f"{what}: {name}", equation, list_of, self._tolerance(stepper, 2))
 
     # --- trajectory and sanitizers ---------------------------------------------------------------
 
     def trajectory(self, stepper: Stepper) -> None:
         """A short run from the model's initial state."""
-        reference = Reference(self.model, stepper.stages)
+        reference = reference_of(self.model, stepper)
         rng = np.random.default_rng(self.seed)
+        rounded: Any = stepper._library.dtype
         start = stepper.initial_state()
-        u = rng.normal(size=(_TRAJECTORY, stepper.sizes["n_u"]))
+        u = rng.normal(size=(_TRAJECTORY, stepper.sizes["n_u"])).astype(rounded).astype(float)
         dt = 5e-3 / max(1.0, float(np.max(np.abs(start[2]), initial=0)) / 10)
-        dt = min(dt, self.model.suggested.get("dt", dt))
+        dt = float(rounded(min(dt, self.model.suggested.get("dt", dt))))
+        what = f"run, s = {stepper.stages}"
         try:
             traj = stepper.simulate(
                 t_end=start[0] + _TRAJECTORY * dt,
@@ -493,18 +518,15 @@ class Checker:
                 record="stages",
                 max_halvings=0,
             )
-        except StepError as error:
-            self._add(f"run, s = {stepper.stages}", str(error), [float("inf")], 0.0)
+        except (StepError, RunError) as error:
+            self._add(what, str(error), [float("inf")], 0.0)
             return
         errors: dict[str, list[float]] = {}
-        for k in range(_TRAJECTORY):
-            state = State(traj.t[k], traj.q[k], traj.v[k], u[k], stepper.parameters, dt)
-            residual, _ = self._residual(reference, traj, state, k)
-            scale = self._scale(stepper, traj, state)
-            for name, value in residual.items():
-                worst = float(np.max(np.abs(value), initial=0))
-                errors.setdefault(name, []).append(worst / scale)
-        self._add_steps(f"run, s = {stepper.stages}", errors)
+        parameters = {name: float(rounded(x)) for name, x in stepper.parameters.items()}
+        for k in range(len(traj) - 1):
+            state = State(traj.t[k], traj.q[k], traj.v[k], u[k], parameters, dt)
+            self._residuals(reference, traj, state, k, errors)
+        self._add_steps(reference, what, errors, stepper)
 
     def sanitizers(self, stepper: Stepper) -> None:
         """The generated example under the address and undefined-behaviour sanitizers."""

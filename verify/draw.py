@@ -153,7 +153,7 @@ def wanted(stepper: Stepper, parameters: dict[str, float]) -> dict[str, list[str
                 list_of += ["sticking", *(f"slipping {x}" for x in ("++", "+-", "-+", "--"))]
         elif c["normal"] >= 0:
             list_of += ["persisting"]
-        if c["guarded"]:
+        if c["has_guard"]:
             list_of += ["guard on", "guard off"]
         kinds[c["name"]] = list_of
     return kinds
@@ -166,7 +166,7 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
     if not stepper.manifest["contacts"]:
         return found
     guard = None
-    if any(c["guarded"] for c in stepper.manifest["contacts"]):
+    if any(c["has_guard"] for c in stepper.manifest["contacts"]):
         guard = stepper.evaluate("guard", state.t, state.q, parameters=par)
     mu = stepper.evaluate("mu", state.t, state.q, parameters=par)
     bounds = np.zeros(0)
@@ -174,7 +174,7 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
         bounds = stepper.evaluate("bound", state.t, state.q, u=state.u, parameters=par)
     for k, c in enumerate(stepper.manifest["contacts"]):
         name = c["name"]
-        if c["guarded"] and guard is not None:
+        if c["has_guard"] and guard is not None:
             found.append((name, "guard on" if guard[k] >= 0 else "guard off"))
             if guard[k] < 0:
                 continue

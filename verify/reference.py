@@ -6,7 +6,7 @@ V^1 ... V^s, v_{n+1}, and R = (R_g, R_gamma, R_N, R_F) at every stage.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
@@ -32,11 +32,23 @@ def coefficients(s: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray
 
 @dataclass
 class Step:
-    """Solution of one step: stage velocities, end velocity, percussions of every stage."""
+    """Solution of one step: stage velocities, end velocity, percussions of every stage.
+
+    `q_end` is the end position where it is to be compared with what the velocities say.
+    """
 
     V: np.ndarray
     v_end: np.ndarray
     R: np.ndarray
+    q_end: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Where the unknowns of one nonlinear problem stand among those of all problems."""
+
+    x: slice
+    lam: slice
 
 
 class Reference:
@@ -53,6 +65,16 @@ class Reference:
     high : bool
         Evaluate the smooth rows with 50 digits.
     """
+
+    covers = "the paper's form, (47), (51) to (60)"
+    equations: ClassVar[dict[str, str]] = {
+        "momentum": "(47b)",
+        "end": "(47d)",
+        "place": "(47a)",
+        "bilateral": "(47f), (48), (51)",
+        "normal": "(52), (56)",
+        "friction": "(57), (58)",
+    }
 
     def __init__(
         self, model: Model, stages: int, active_set: str = "any_stage", high: bool = False
@@ -81,6 +103,59 @@ class Reference:
             bound += not unilateral
             slip += count
 
+    # --- the nonlinear problems of the C code, at any unknowns ------------------------------------
+
+    @property
+    def problems(self) -> dict[str, Unknowns]:
+        """The problems and their unknowns."""
+        n, s, n_R = self.n, self.s, self.n_R
+        return {
+            "position": Unknowns(slice(0, s * n), slice(0, (s - 1) * n_R)),
+            "velocity": Unknowns(slice(s * n, (s + 1) * n), slice((s - 1) * n_R, s * n_R)),
+        }
+
+    def equations_of(
+        self,
+        problem: str,
+        x: np.ndarray,
+        lam: np.ndarray,
+        at: tuple[Any, ...],
+        h: Any,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Smooth and kinematic rows of one problem at given unknowns of all problems."""
+        n, s, n_R = self.n, self.s, self.n_R
+        weights = self.b if lam.dtype != object else np.array([_exact(b) for b in self.b], object)
+        R = np.zeros((s, n_R), dtype=lam.dtype)
+        R[: s - 1] = lam[: (s - 1) * n_R].reshape(s - 1, n_R)
+        R[s - 1] = (lam[(s - 1) * n_R :] - weights[: s - 1] @ R[: s - 1]) / weights[s - 1]
+        step = Step(x[: s * n].reshape(s, n), x[s * n :], R)
+        t, q, v, u, par = at
+        momentum, final, y, end_rates, _ = self.smooth(step, t, q, v, u, par, h)
+        if problem == "position":
+            return np.concatenate(momentum), np.concatenate([np.zeros(0), *y[1:]])
+        return final, self._impact_rows(end_rates, at)
+
+    def _impact_rows(self, rates: np.ndarray, at: tuple[Any, ...]) -> np.ndarray:
+        """g_dot, gamma, xi_N, xi_F from their velocities at the end, (68), (70)."""
+        e_N, e_F = self.restitution(at)
+        xi = np.array(rates, dtype=object if self.e.high else float)
+        start = self.e.y_dot(*at)
+        xi[self.n_bilateral : self.n_normal] += e_N * start[self.n_bilateral : self.n_normal]
+        xi[self.n_normal :] += e_F * start[self.n_normal :]
+        return xi
+
+    def restitution(self, at: tuple[Any, ...]) -> tuple[np.ndarray, np.ndarray]:
+        """e_N and e_F, row by row."""
+        contacts = self.e.contacts
+        e_N, e_F = self.e.value("e_N", *at), self.e.value("e_F", *at)
+        kind = object if self.e.high else float
+        return (
+            np.array([e_N[k] for k, c in enumerate(contacts) if c.g_N is not None], kind),
+            np.array([e_F[k] for k, c in enumerate(contacts) for _ in c.gamma_F], kind),
+        )
+
+    # --- a whole step -----------------------------------------------------------------------------
+
     def residual(
         self,
         step: Step,
@@ -93,6 +168,11 @@ class Reference:
         r: np.ndarray | None = None,
     ) -> dict[str, np.ndarray]:
         """Every equation of the step, by name, at given unknowns.
+
+        Parameters
+        ----------
+        r : ndarray, shape (n_R,), optional
+            Prox parameters, 1 by default: masses make the contact rows percussions.
 
         Returns
         -------
@@ -110,10 +190,103 @@ class Reference:
         return {
             "momentum": np.concatenate(momentum),
             "end": final,
+            **self._place(step, at[-1][1]),
             "bilateral": np.concatenate(bilateral) if bilateral else np.zeros(0),
             "normal": np.array(normal, dtype=float),
             "friction": np.concatenate([np.zeros(0), *friction]),
         }
+
+    @staticmethod
+    def _place(step: Step, place: Any) -> dict[str, np.ndarray]:
+        return {} if step.q_end is None else {"place": np.asarray(place - step.q_end, float)}
+
+    def sizes(
+        self, step: Step, t: float, q: Any, v: Any, u: Any, par: Any, h: float, r: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """What every row of `residual` is measured by: its own terms, added up in size.
+
+        Momentum rows by momenta and forces before they cancel, constraints by the way that one
+        step makes, contact rows by r times a velocity.
+        """
+        e, s = self.e, self.s
+        start = (t, q, v, u, par)
+        times = [t + c * h for c in self.c]
+        Q = [q + h * (self.a[i] @ step.V) for i in range(s)]
+        at = [(times[i], Q[i], step.V[i], u, par) for i in range(s)]
+        at.append((t + h, Q[-1], step.v_end, u, par))
+        R = [*step.R, step.R[-1]]
+        size = np.abs(e.p(*start)).astype(float)
+        speed = np.zeros(self.n_R)
+        pace = np.abs(np.asarray(v, dtype=float))
+        for here, force in zip(at, R, strict=True):
+            W = np.abs(np.asarray(e.W(*here), dtype=float))
+            terms = h * (np.abs(e.L_q(*here)) + np.abs(e.value("f", *here))) + W @ np.abs(force)
+            size = np.maximum(size, np.abs(e.p(*here)).astype(float) + terms.astype(float))
+            pace = np.maximum(pace, np.abs(here[2]))
+        M = self.mass(start)
+        # a row whose own terms vanish is moved by others through its inertia
+        pace = np.maximum(pace, size / np.maximum(np.abs(np.diag(M)), 1e-300))
+        size = np.maximum(size, np.abs(M) @ np.maximum(np.abs(v), 1e-9 * pace))
+        # a step is solved for its energy: rows without terms share a thousandth of the largest
+        root = np.sqrt(np.abs(np.diag(M)))
+        root = np.where(root > 0, root, np.max(root))
+        size = np.maximum(size, 1e-3 * np.max(size / root) * root)
+        for here in (start, *at):
+            W = np.abs(np.asarray(e.W(*here), dtype=float))
+            chi = np.abs(e.y_dot(here[0], here[1], np.zeros(self.n), u, par)).astype(float)
+            speed = np.maximum(speed, W.T @ pace + chi)
+        places = np.concatenate([self._reach(start), np.zeros(self.n_R - self.n_normal)])
+        # round-off of positions is no error of the step
+        way = np.maximum(h * speed, 1e-6 * places)
+        kinematic = np.where(self._is_gap, way, speed)
+        contact = r * np.where(self._is_gap, way / h, speed)
+        bilateral = np.concatenate(
+            [*(kinematic[: self.n_bilateral],) * (s - 1), speed[: self.n_bilateral]]
+        )
+        per_contact_N, per_contact_F = [], []
+        for n, f, _ in self.rows:
+            if n is not None:
+                per_contact_N += [contact[n]] * s
+            # friction and the normal percussion that bounds it
+            top = max(np.max(contact[f], initial=0.0), contact[n] if n is not None else 0.0)
+            per_contact_F += [np.full(f.stop - f.start, top)] * s
+        return {
+            "momentum": np.tile(size, s),
+            "end": size,
+            "place": np.abs(np.asarray(q, dtype=float)) + h * pace,
+            "bilateral": bilateral,
+            "normal": np.array(per_contact_N),
+            "friction": np.concatenate([np.zeros(0), *per_contact_F]),
+        }
+
+    def prox_parameters(self, at: tuple[Any, ...], h: float) -> np.ndarray:
+        """Effective masses of all directions: they make contact rows percussions."""
+        return self.effective_masses(at)
+
+    @property
+    def _is_gap(self) -> np.ndarray:
+        """Which rows of y are gaps or position constraints."""
+        index = np.arange(self.n_R)
+        return (index < self.n_g) | ((index >= self.n_bilateral) & (index < self.n_normal))
+
+    def _reach(self, at: tuple[Any, ...]) -> np.ndarray:
+        """|W^T| |q| of constraints and gaps: what their round-off is relative to."""
+        W = np.abs(np.asarray(self.e.W(*at), dtype=float))[:, : self.n_normal]
+        return W.T @ np.abs(np.asarray(at[1], dtype=float))
+
+    def mass(self, at: tuple[Any, ...]) -> np.ndarray:
+        """dp/dv by central differences; exact where L is quadratic in v."""
+        t, q, v, u, par = at
+        return self._jacobian(lambda x: self.e.p(t, q, x, u, par), np.asarray(v, float))
+
+    def effective_masses(self, at: tuple[Any, ...]) -> np.ndarray:
+        """1 / (w^T M^-1 w) of every direction w; a typical one where a direction vanishes."""
+        if not self.n_R:
+            return np.zeros(0)
+        M, W = self.mass(at), np.asarray(self.e.W(*at), dtype=float)
+        mobility = np.abs(np.einsum("ik,ik->k", W, np.linalg.solve(M, W)))
+        typical = 1 / np.max(np.abs(np.diag(M)))
+        return 1 / np.where(mobility > 1e-14 * max(typical, mobility.max()), mobility, typical)
 
     def smooth(
         self, step: Step, t: Any, q: Any, v: Any, u: Any, par: Any, h: Any
@@ -132,15 +305,21 @@ class Reference:
         at = [(times[i], Q[i], step.V[i], u, par) for i in range(s)]
         start = (t, q, v, u, par)
         end = (t + h, Q[-1], step.v_end, u, par)
-        F = [
-            h * e.L_q(*at[j]) + h * e.value("f", *at[j]) + e.W(*at[j]) @ step.R[j] for j in range(s)
-        ]
+        F = self.forces(step, at, h)
         p_n = e.p(*start)
         momentum = [
             e.p(*at[i]) - p_n - sum(self.a_hat[i, j] * F[j] for j in range(s)) for i in range(s)
         ]
         final = e.p(*end) - p_n - sum(self.b[j] * F[j] for j in range(s))
         return momentum, final, [e.y(*at[i]) for i in range(s)], e.y_dot(*end), at
+
+    def forces(self, step: Step, at: list[Any], h: Any) -> list[np.ndarray]:
+        """F^j (63) of every stage."""
+        e = self.e
+        return [
+            h * e.L_q(*here) + h * e.value("f", *here) + e.W(*here) @ R
+            for here, R in zip(at, step.R, strict=True)
+        ]
 
     def _contact_laws(
         self,
@@ -165,13 +344,13 @@ class Reference:
             for i in range(1, s):
                 force = step.R[i - 1]
                 if n is not None:
-                    z = r[n] * y[i][n] - force[n]
-                    is_closed.append(z <= 1e-9 * abs(force[n]) + 1e-13 * r[n])
+                    z = r[n] * y[i][n] / h - force[n]
+                    is_closed.append(z <= 1e-9 * abs(force[n]) + 1e-13 * r[n] / h)
                     normal.append(force[n] + min(z, 0) if exists else force[n])
                     radius = mu[k] * max(force[n], 0.0) if exists else 0.0
                 else:
                     radius = h * bounds[i - 1][bound]
-                friction.append(_friction(force[f], y[i][f], radius, r[f]))
+                friction.append(prox_residual(force[f], y[i][f], radius, r[f]))
             if n is None:
                 radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
             else:
@@ -181,8 +360,12 @@ class Reference:
                 xi = end_rates[n] + e_N[k] * start_rates[n]
                 normal.append(P[n] + min(r[n] * xi - P[n], 0) if active else P[n])
                 radius = mu[k] * max(P[n], 0.0) if active else 0.0
-            friction.append(_friction(P[f], end_rates[f] + e_F[k] * start_rates[f], radius, r[f]))
+            friction.append(
+                prox_residual(P[f], end_rates[f] + e_F[k] * start_rates[f], radius, r[f])
+            )
         return normal, friction
+
+    # --- solving ----------------------------------------------------------------------------------
 
     def solve(
         self, t: float, q: Any, v: Any, u: Any, par: Any, h: float, start: Step | None = None
@@ -190,46 +373,43 @@ class Reference:
         """Newton's method from a cold start, minimum-norm steps; None if it does not converge."""
         q, v = np.asarray(q, float), np.asarray(v, float)
         at = (t, q, v, u, par)
-        M = self._jacobian(lambda x: self.e.p(t, q, x, u, par), v)
-        W = self.e.W(*at)
-        mobility = np.einsum("ik,ik->k", W, np.linalg.solve(M, W)) if self.n_R else np.zeros(0)
-        m_eff = 1 / np.where(np.abs(mobility) > 1e-14, np.abs(mobility), 1.0)
-        r_gap = np.ones(self.n_R, dtype=bool)
-        r_gap[self.n_g : self.n_bilateral] = False
-        r_gap[self.n_normal :] = False
-        # One r for stages and end; only the rate of convergence depends on it.
-        r = m_eff
-        x = self._pack(
-            start or Step(np.tile(v, (self.s, 1)), v.copy(), np.zeros((self.s, self.n_R)))
-        )
+        r = self.effective_masses(at)
+        x = self._pack(start or self._cold(v))
 
         def residual(x: np.ndarray) -> np.ndarray:
             parts = self.residual(self._unpack(x), t, q, v, u, par, h, r)
             return np.concatenate(list(parts.values()))
 
         # Percussions in units of velocity: small masses must not look like a loss of rank.
-        unit = np.concatenate([np.ones((self.s + 1) * self.n), np.tile(m_eff, self.s)])
+        unit = self._units(r)
         value, rows = residual(x), np.ones(1)
         for _ in range(40):
-            J = self._jacobian(residual, x) * unit
+            J = self._jacobian(residual, x, unit) * unit
             rows = np.maximum(np.max(np.abs(J), axis=1, initial=0), 1e-300)
             change = unit * np.linalg.lstsq(J / rows[:, None], -value / rows, rcond=1e-9)[0]
             best = None
             for alpha in (1.0, 0.5, 0.25, 0.1):
                 trial = residual(x + alpha * change)
-                if best is None or np.linalg.norm(trial) < np.linalg.norm(best[1]):
+                if best is None or np.linalg.norm(trial / rows) < np.linalg.norm(best[1] / rows):
                     best = (alpha, trial)
-                if np.linalg.norm(trial) < 0.7 * np.linalg.norm(value):
+                if np.linalg.norm(trial / rows) < 0.7 * np.linalg.norm(value / rows):
                     break
             assert best is not None
             x, value = x + best[0] * change, best[1]
             if not np.all(np.isfinite(x)):
                 return None
-            if np.max(np.abs(best[0] * change)) <= 1e-12 * max(1.0, np.max(np.abs(x))):
+            size = max(1e-300, np.max(np.abs(x / unit)))
+            if np.max(np.abs(best[0] * change / unit)) <= 1e-12 * size:
                 break
         # Rows over their largest derivative: errors of velocities, whatever the masses are.
-        scale = max(1.0, float(np.max(np.abs(x / unit))))
+        scale = float(np.max(np.abs(x / unit), initial=0))
         return self._unpack(x) if np.max(np.abs(value) / rows) <= 1e-9 * scale else None
+
+    def _cold(self, v: np.ndarray) -> Step:
+        return Step(np.tile(v, (self.s, 1)), v.copy(), np.zeros((self.s, self.n_R)))
+
+    def _units(self, masses: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.ones((self.s + 1) * self.n), np.tile(masses, self.s)])
 
     def _pack(self, step: Step) -> np.ndarray:
         return np.concatenate([step.V.ravel(), step.v_end, step.R.ravel()])
@@ -241,18 +421,19 @@ class Reference:
         )
 
     @staticmethod
-    def _jacobian(f: Any, x: np.ndarray) -> np.ndarray:
+    def _jacobian(f: Any, x: np.ndarray, unit: np.ndarray | None = None) -> np.ndarray:
         columns = []
+        units = np.ones(x.size) if unit is None else unit
         for k in range(x.size):
-            d = 1e-6 * max(1.0, abs(x[k]))
+            d = 1e-6 * max(units[k], abs(x[k]))
             plus, minus = x.copy(), x.copy()
             plus[k] += d
             minus[k] -= d
             columns.append((f(plus) - f(minus)) / (plus[k] - minus[k]))
-        return np.array(columns).T
+        return np.array(columns, dtype=float).T
 
 
-def _friction(force: np.ndarray, slip: np.ndarray, radius: float, r: np.ndarray) -> np.ndarray:
+def prox_residual(force: np.ndarray, slip: np.ndarray, radius: float, r: np.ndarray) -> np.ndarray:
     """R + prox_C(r gamma - R), C the ball of the given radius  (65), (66)."""
     if force.size == 0:
         return np.zeros(0)
@@ -261,3 +442,9 @@ def _friction(force: np.ndarray, slip: np.ndarray, radius: float, r: np.ndarray)
     if size <= radius:
         return force + z
     return force + radius * z / size
+
+
+def _exact(x: float) -> Any:
+    import mpmath as mp
+
+    return mp.mpf(x)

@@ -1,0 +1,123 @@
+"""Reference of Moreau's midpoint scheme, (T5) to (T7) of the theory page."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from signorini.codegen.model import Model
+from signorini.verify.reference import Reference, Step, Unknowns, prox_residual
+
+
+class MoreauReference(Reference):
+    """One evaluation at the middle; contacts on velocity level."""
+
+    covers = "Moreau's midpoint scheme, (T5) to (T7)"
+    equations: ClassVar[dict[str, str]] = {
+        "end": "(T5)",
+        "place": "(T7)",
+        "bilateral": "g_dot, gamma  (T6)",
+        "normal": "(T6), normal",
+        "friction": "(T6), friction",
+    }
+
+    def __init__(self, model: Model, stages: int, high: bool = False) -> None:
+        super().__init__(model, 2, high=high)
+
+    @property
+    def problems(self) -> dict[str, Unknowns]:
+        return {"velocity": Unknowns(slice(0, self.n), slice(0, self.n_R))}
+
+    def _middle(self, at: tuple[Any, ...], h: Any) -> tuple[Any, Any]:
+        t, q, v, _, _ = at
+        return t + h / 2, q + h / 2 * v
+
+    def equations_of(
+        self, problem: str, x: np.ndarray, lam: np.ndarray, at: tuple[Any, ...], h: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
+        _, _, v, u, par = at
+        middle = self._middle(at, h)
+        here, there = (*middle, v, u, par), (*middle, x, u, par)
+        step = self._tiny(x)
+
+        def carried() -> Any:
+            t, q = middle
+            plus = self.e.p(t + step, q + step * v, v, u, par)
+            return (plus - self.e.p(t - step, q - step * v, v, u, par)) / (2 * step)
+
+        force = self.e.L_q(*here) + self.e.value("f", *here) - carried()
+        r = self.e.p(*there) - self.e.p(*here) - h * force - self.e.W(*here) @ lam
+        xi = np.array(self.e.y_dot(*there), dtype=object if self.e.high else float)
+        e_N, e_F = self.restitution(at)
+        before = self.e.y_dot(*here)
+        xi[self.n_bilateral : self.n_normal] += e_N * before[self.n_bilateral : self.n_normal]
+        xi[self.n_normal :] += e_F * before[self.n_normal :]
+        return r, xi
+
+    def _tiny(self, x: np.ndarray) -> Any:
+        if self.e.high:
+            import mpmath as mp
+
+            return mp.mpf(10) ** -15
+        return 1e-6
+
+    def residual(
+        self,
+        step: Step,
+        t: float,
+        q: Any,
+        v: Any,
+        u: Any,
+        par: Any,
+        h: float,
+        r: np.ndarray | None = None,
+    ) -> dict[str, np.ndarray]:
+        r = np.ones(self.n_R) if r is None else r
+        at = (t, q, v, u, par)
+        middle = self._middle(at, h)
+        P = step.R[-1]
+        momentum, xi = self.equations_of("velocity", step.v_end, P, at, h)
+        gaps = self.e.value("g_N", *middle, v, u, par)
+        mu, guard = self.e.value("mu", *at), self.e.value("guard", *middle, v, u, par)
+        bounds = np.maximum(self.e.value("bound", *middle, v, u, par), 0)
+        normal, friction = [], []
+        for k, (n, f, bound) in enumerate(self.rows):
+            exists = self.e.contacts[k].guard is None or guard[k] >= 0
+            radius = 0.0
+            if n is None:
+                radius = h * bounds[bound]
+            else:
+                closed = exists and gaps[n - self.n_bilateral] <= 0
+                normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if closed else P[n])
+                radius = mu[k] * max(P[n], 0.0) if closed else 0.0
+            friction.append(prox_residual(P[f], np.asarray(xi[f], float), radius, r[f]))
+        return {
+            "end": momentum,
+            **self._place(step, np.asarray(q) + h / 2 * (np.asarray(v) + step.v_end)),
+            "bilateral": xi[: self.n_bilateral],
+            "normal": np.array(normal, dtype=float),
+            "friction": np.concatenate([np.zeros(0), *friction]),
+        }
+
+    def sizes(
+        self, step: Step, t: float, q: Any, v: Any, u: Any, par: Any, h: float, r: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        whole = Step(np.array([v, step.v_end]), step.v_end, np.array([step.R[-1]] * 2))
+        sizes = super().sizes(whole, t, q, v, u, par, h, r)
+        s = self.s
+        per_friction, first = [], 0
+        for _, f, _ in self.rows:
+            width = f.stop - f.start
+            per_friction.append(sizes["friction"][first : first + width])
+            first += s * width
+        return {
+            "end": sizes["end"],
+            "place": sizes["place"],
+            "bilateral": sizes["bilateral"][-self.n_bilateral :]
+            if self.n_bilateral
+            else np.zeros(0),
+            "normal": sizes["normal"][::s],
+            "friction": np.concatenate([np.zeros(0), *per_friction]),
+        }
+
+    def solve(self, *arguments: Any, **more: Any) -> None:
+        """Steps of this scheme are verified, not solved anew."""
+        return
