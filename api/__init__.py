@@ -12,7 +12,7 @@ from signorini.version import __version__
 if TYPE_CHECKING:
     from signorini.codegen.errors import GenerationError, ModelError
     from signorini.codegen.model import Model
-    from signorini.codegen.symbols import par, smooth
+    from signorini.codegen.symbols import norm, par, smooth
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
@@ -29,6 +29,7 @@ _HOMES = {
     "GenerationError": "signorini.codegen.errors",
     "par": "signorini.codegen.symbols",
     "smooth": "signorini.codegen.symbols",
+    "norm": "signorini.codegen.symbols",
     "build": "signorini.workflow",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
@@ -63,6 +64,7 @@ __all__ = [
     "check",
     "generate",
     "load",
+    "norm",
     "par",
     "smooth",
 ]

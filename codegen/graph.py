@@ -5,58 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+from signorini.codegen.operations import OPERATIONS
 
-_BINARY = {
-    ca.OP_ADD: "+",
-    ca.OP_SUB: "-",
-    ca.OP_MUL: "*",
-    ca.OP_DIV: "/",
-    ca.OP_POW: "pow",
-    ca.OP_CONSTPOW: "pow",
-    ca.OP_FMIN: "fmin",
-    ca.OP_FMAX: "fmax",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_HYPOT: "hypot",
-    ca.OP_FMOD: "fmod",
-    ca.OP_REMAINDER: "remainder",
-    ca.OP_COPYSIGN: "copysign",
-    ca.OP_LT: "<",
-    ca.OP_LE: "<=",
-    ca.OP_EQ: "==",
-    ca.OP_NE: "!=",
-    ca.OP_AND: "&&",
-    ca.OP_OR: "||",
-    ca.OP_IF_ELSE_ZERO: "if_else_zero",
-}
-_UNARY = {
-    ca.OP_NEG: "neg",
-    ca.OP_SQ: "sq",
-    ca.OP_TWICE: "twice",
-    ca.OP_INV: "inv",
-    ca.OP_SQRT: "sqrt",
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_TAN: "tan",
-    ca.OP_ASIN: "asin",
-    ca.OP_ACOS: "acos",
-    ca.OP_ATAN: "atan",
-    ca.OP_SINH: "sinh",
-    ca.OP_COSH: "cosh",
-    ca.OP_TANH: "tanh",
-    ca.OP_ASINH: "asinh",
-    ca.OP_ACOSH: "acosh",
-    ca.OP_ATANH: "atanh",
-    ca.OP_EXP: "exp",
-    ca.OP_EXPM1: "expm1",
-    ca.OP_LOG: "log",
-    ca.OP_LOG1P: "log1p",
-    ca.OP_FABS: "fabs",
-    ca.OP_FLOOR: "floor",
-    ca.OP_CEIL: "ceil",
-    ca.OP_SIGN: "sign",
-    ca.OP_ERF: "erf",
-    ca.OP_NOT: "!",
-}
+_UNARY = {o.op: o.name for o in OPERATIONS if o.arity == 1}
+_BINARY = {o.op: o.name for o in OPERATIONS if o.arity == 2}
 COMMUTATIVE = frozenset({"+", "*", "fmin", "fmax", "==", "!=", "&&", "||", "hypot"})
 LOGICAL = frozenset({"<", "<=", "==", "!=", "&&", "||", "!"})
 # Operations that a count of arithmetic reports; function calls count one each.

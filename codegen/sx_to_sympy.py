@@ -24,6 +24,7 @@ _BINARY: dict[int, Callable[[Any, Any], Any]] = {
     ca.OP_OR: sp.Or,
     ca.OP_IF_ELSE_ZERO: lambda c, a: sp.Piecewise((a, c), (0, True)),
     ca.OP_FMOD: sp.Function("fmod"),
+    ca.OP_REMAINDER: sp.Function("remainder"),
     ca.OP_COPYSIGN: sp.Function("copysign"),
     ca.OP_HYPOT: lambda a, b: sp.sqrt(a**2 + b**2),
 }
@@ -31,6 +32,8 @@ _UNARY: dict[int, Callable[[Any], Any]] = {
     ca.OP_ASSIGN: lambda a: a,
     ca.OP_NEG: lambda a: -a,
     ca.OP_EXP: sp.exp,
+    ca.OP_EXPM1: lambda a: sp.exp(a) - 1,
+    ca.OP_LOG1P: lambda a: sp.log(1 + a),
     ca.OP_LOG: sp.log,
     ca.OP_SQRT: sp.sqrt,
     ca.OP_SQ: lambda a: a**2,

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 import sympy as sp
-from signorini.codegen import sympy_to_casadi
+from signorini.codegen import special, sympy_to_casadi
 from signorini.codegen.errors import ModelError, foreign_symbol
 from signorini.codegen.sympy_to_casadi import SympyToCasadi
 
@@ -92,6 +92,21 @@ class CasADi:
                 equation,
                 f"{expr} is a SymPy expression in a model with symbols='casadi'",
                 "Use the symbols that this model's methods return",
+            )
+        if isinstance(expr, ca.MX):
+            raise ModelError(
+                model,
+                equation,
+                "is a CasADi MX",
+                "Write it in the SX symbols that this model's methods return; a Function of MX is "
+                "called with them after f.expand()",
+            )
+        if isinstance(expr, tuple) and len(expr) == 1:
+            raise ModelError(
+                model,
+                equation,
+                f"{expr!r} is a tuple of one symbol",
+                "Unpack it where it is declared: (x,) = m.coordinates('x')",
             )
         try:
             sx = ca.SX(expr) if isinstance(expr, (ca.SX, ca.DM)) else ca.SX(float(expr))
@@ -183,6 +198,37 @@ def smooth(expr: Any) -> Any:
         _vouched[expr.element_hash()] = expr
         return expr
     return sympy_to_casadi.smooth(expr)
+
+
+def norm(components: Sequence[Any]) -> Any:
+    """Euclidean norm whose derivative at zero is zero: for drag and other forces -c |v| v.
+
+    The derivative of ``sqrt(x**2 + y**2)`` at zero is 0/0; this function knows better.
+
+    Parameters
+    ----------
+    components : sequence of expressions
+        At least one, all SymPy or all CasADi.
+
+    Returns
+    -------
+    sympy.Expr or casadi.SX
+        sqrt(sum of squares).
+
+    Examples
+    --------
+    >>> import signorini as sg
+    >>> m = sg.Model("drop")
+    >>> x, y = m.coordinates("x y")
+    >>> vx, vy = m.velocities
+    >>> m.force([-sg.norm([vx, vy]) * vx, -sg.norm([vx, vy]) * vy])
+    """
+    parts = list(components) if isinstance(components, (list, tuple)) else None
+    if not parts:
+        raise TypeError(f"norm({components!r}): give a list of components, e.g. norm([vx, vy])")
+    if any(isinstance(x, ca.SX) for x in parts):
+        return special.norm([ca.SX(x) for x in parts])
+    return sympy_to_casadi.norm(*(sp.sympify(x) for x in parts))
 
 
 def is_number(value: Any) -> bool:

@@ -1,21 +1,36 @@
 """Translation of SymPy expressions into CasADi SX, node by node, nothing expanded."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import casadi as ca
 import sympy as sp
+from signorini.codegen import special
 from signorini.codegen.errors import ModelError, foreign_symbol
+from sympy.codegen import cfunctions
 from sympy.core.function import AppliedUndef
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
+from sympy.matrices.expressions.matexpr import MatrixElement
+from sympy.physics.vector import dynamicsymbols
 
 
 class smooth(sp.Function):  # noqa: N801 - printed and written as a function: smooth(expr)
     """Marks `expr` as twice continuously differentiable although it contains branches."""
 
     nargs = 1
+
+
+class norm(sp.Function):  # noqa: N801 - written as a function: norm([x, y])
+    """Euclidean norm of its arguments; its derivative at zero is zero."""
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """x_k / norm(x), and 0 where all of them are 0."""
+        return sp.Piecewise((self.args[argindex - 1] / self, sp.Gt(self, 0)), (0, True))
+
+    def _eval_is_nonnegative(self) -> bool:
+        return True
 
 
 _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
@@ -43,7 +58,21 @@ _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
     sp.sech: lambda x: 1 / ca.cosh(x),
     sp.csch: lambda x: 1 / ca.sinh(x),
     sp.coth: lambda x: 1 / ca.tanh(x),
+    sp.erfc: special.erfc,
+    sp.gamma: special.gamma,
+    sp.loggamma: special.log_gamma,
+    cfunctions.log1p: ca.log1p,
+    cfunctions.expm1: ca.expm1,
+    cfunctions.exp2: lambda x: ca.power(2, x),
+    cfunctions.log2: lambda x: ca.log(x) / ca.log(2),
+    cfunctions.log10: lambda x: ca.log(x) / ca.log(10),
+    cfunctions.Cbrt: special.cbrt,
+    cfunctions.Sqrt: ca.sqrt,
     smooth: lambda x: x,
+}
+_FURTHER: dict[type, Callable[..., ca.SX]] = {
+    cfunctions.hypot: ca.hypot,
+    cfunctions.fma: lambda a, b, c: a * b + c,
 }
 _RELATIONS: dict[type, Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.StrictLessThan: lambda a, b: a < b,
@@ -63,28 +92,86 @@ _NONSMOOTH = (
 def nonsmooth_part(expr: Any, constants: Iterable[Any] = ()) -> str | None:
     """Return the first function outside `smooth` that has a kink or a jump, as text.
 
-    What depends on `constants` alone, the parameters, has none.
+    What depends on `constants` alone, the parameters, has none. Every shared term is looked at
+    once.
     """
     fixed = set(constants)
-    walk = sp.preorder_traversal(sp.sympify(expr))
-    for node in walk:
+    vouched: set[int] = set()
+    depends: dict[int, bool] = {}
+    nodes = unique_nodes(sp.sympify(expr))
+    for node in nodes:
+        depends[id(node)] = (isinstance(node, sp.Symbol) and node not in fixed) or any(
+            depends[id(child)] for child in nodes.children(node)
+        )
+    stack = [nodes.root]
+    while stack:
+        node = stack.pop()
+        if id(node) in vouched:
+            continue
+        vouched.add(id(node))
         if isinstance(node, smooth):
-            walk.skip()
-        elif isinstance(node, _NONSMOOTH) and node.free_symbols - fixed:
+            continue
+        if isinstance(node, _NONSMOOTH) and depends[id(node)]:
             return str(node)
+        stack.extend(reversed(nodes.children(node)))
     return None
 
 
+class unique_nodes:  # noqa: N801 - used as a function: for node in unique_nodes(expr)
+    """The different terms of an expression, each once, operands first; equal terms are one.
+
+    Neither the depth of an expression nor the number of paths to a shared term matters: the walk
+    is a loop, and hashes are made from the leaves upwards.
+    """
+
+    def __init__(self, root: sp.Basic) -> None:
+        self._canonical: dict[int, sp.Basic] = {}
+        self._kept: list[sp.Basic] = []
+        table: dict[Any, sp.Basic] = {}
+        self._order: list[sp.Basic] = []
+        stack: list[tuple[sp.Basic, bool]] = [(root, False)]
+        while stack:
+            node, ready = stack.pop()
+            if id(node) in self._canonical:
+                continue
+            children = node.args
+            if not ready and children:
+                stack.append((node, True))
+                stack.extend((c, False) for c in children if id(c) not in self._canonical)
+                continue
+            key: Any = node
+            if children:
+                key = (type(node), tuple(id(self._canonical[id(c)]) for c in children))
+            chosen = table.setdefault(key, node)
+            self._kept.append(node)  # an id is that of a living object
+            self._canonical[id(node)] = chosen
+            if chosen is node:
+                hash(node)
+                self._order.append(node)
+        self.root = self._canonical[id(root)]
+
+    def __iter__(self) -> Iterator[sp.Basic]:
+        return iter(self._order)
+
+    def canonical(self, node: sp.Basic) -> sp.Basic:
+        """The one that stands for all terms equal to `node`."""
+        return self._canonical[id(node)]
+
+    def children(self, node: sp.Basic) -> list[sp.Basic]:
+        """Operands of a term, each the one that stands for all equal ones."""
+        return [self._canonical[id(c)] for c in node.args]
+
+
 class SympyToCasadi:
-    """Translates expressions of declared symbols; equal nodes become one SX node."""
+    """Translates expressions of declared symbols; equal terms become one SX node."""
 
     def __init__(self) -> None:
-        self._memo: dict[Any, ca.SX] = {}
+        self._symbols: dict[sp.Symbol, ca.SX] = {}
         self._names: list[str] = []
 
     def declare(self, symbol: sp.Symbol) -> None:
         """Give `symbol` its SX counterpart of the same name."""
-        self._memo[symbol] = ca.SX.sym(symbol.name)
+        self._symbols[symbol] = ca.SX.sym(symbol.name)
         self._names.append(symbol.name)
 
     def convert(self, model: str, equation: str, expr: Any) -> ca.SX:
@@ -102,6 +189,13 @@ class SympyToCasadi:
                 "is a CasADi expression in a model with symbols='sympy'",
                 "Use SymPy, or make the model with symbols='casadi'",
             )
+        if isinstance(expr, tuple) and len(expr) == 1:
+            raise ModelError(
+                model,
+                equation,
+                f"{expr!r} is a tuple of one symbol",
+                "Unpack it where it is declared: (x,) = m.coordinates('x')",
+            )
         try:
             node = sp.sympify(expr, strict=True)
         except (sp.SympifyError, TypeError):
@@ -111,15 +205,16 @@ class SympyToCasadi:
                 f"{expr!r} is not an expression",
                 "Give a SymPy expression or a number",
             ) from None
-        if isinstance(node, (sp.MatrixBase, sp.Tuple)) or getattr(node, "shape", ()) not in (
-            (),
-            None,
-        ):
+        shape = getattr(node, "shape", ()) or ()
+        if isinstance(node, (sp.MatrixBase, sp.MatrixExpr, sp.Tuple)) or shape != ():
+            single = tuple(shape) == (1, 1)
             raise ModelError(
                 model,
                 equation,
-                f"has shape {getattr(node, 'shape', (len(node),))}",
-                "Give scalars; several equations go into a list",
+                f"has shape {tuple(shape) or (len(node),)}",
+                "A matrix of one entry is no scalar: take its entry with [0]"
+                if single
+                else "Give scalars; several equations go into a list",
             )
         if not isinstance(node, sp.Expr):
             raise ModelError(
@@ -131,50 +226,45 @@ class SympyToCasadi:
         return self._convert(model, equation, node)
 
     def _convert(self, model: str, equation: str, root: sp.Basic) -> ca.SX:
-        # An explicit stack: user expressions may be deeper than Python's recursion limit.
-        stack = [root]
-        while stack:
-            node = stack[-1]
-            if node in self._memo:
-                stack.pop()
-                continue
-            missing = [a for a in self._operands(node) if a not in self._memo]
-            if missing:
-                stack.extend(reversed(missing))
-                continue
-            self._memo[node] = self._translate(model, equation, node)
-            stack.pop()
-        return self._memo[root]
+        nodes = unique_nodes(root)
+        done: dict[int, ca.SX] = {}
+        for node in nodes:
+            children = nodes.children(node)
+            if isinstance(node, ExprCondPair):
+                continue  # its parts are those of the Piecewise
+            if isinstance(node, sp.Piecewise):
+                children = [part for pair in children for part in nodes.children(pair)]
+            if isinstance(node, sp.exp):
+                value = self._exponential(node, nodes, done)
+            else:
+                unused = isinstance(node, sp.Pow) and isinstance(node.exp, sp.Rational)
+                parts = children[:1] if unused else children
+                value = self._translate(model, equation, node, [done[id(c)] for c in parts])
+            done[id(node)] = value
+        return done[id(nodes.root)]
 
     @staticmethod
-    def _operands(node: sp.Basic) -> tuple[sp.Basic, ...]:
-        if isinstance(node, sp.Piecewise):
-            return tuple(part for pair in node.args for part in (pair.expr, pair.cond))
-        if isinstance(node, sp.Pow) and isinstance(node.exp, sp.Rational):
-            return (node.base,)
-        repeated = _repeated_exponential(node)
-        if repeated is not None:
-            return (repeated[0],)
-        if isinstance(node, (sp.Number, sp.NumberSymbol, sp.Symbol, ExprCondPair)):
-            return ()
-        return tuple(node.args)
+    def _exponential(node: sp.Basic, nodes: unique_nodes, done: dict[int, ca.SX]) -> ca.SX:
+        """exp(x); exp(n x) as a power of exp(x): SymPy gathers what was written as a power."""
+        (argument,) = nodes.children(node)
+        if isinstance(argument, sp.Mul):
+            factor, *others = argument.args
+            if isinstance(factor, sp.Integer) and 2 <= abs(factor) <= 4 and others:
+                rest = _product(others, [done[id(nodes.canonical(a))] for a in others])
+                return _integer_power(ca.exp(rest if factor > 0 else -rest), int(abs(factor)))
+        return ca.exp(done[id(argument)])
 
-    def _translate(self, model: str, equation: str, node: Any) -> ca.SX:
-        args = [self._memo[a] for a in self._operands(node)]
-        repeated = _repeated_exponential(node)
-        if repeated is not None:
-            return _integer_power(args[0], repeated[1])
+    def _translate(self, model: str, equation: str, node: Any, args: list[ca.SX]) -> ca.SX:
         if isinstance(node, sp.Symbol):
+            if node in self._symbols:
+                return self._symbols[node]
             raise foreign_symbol(model, equation, node.name, self._names)
         if node in (sp.oo, -sp.oo, sp.zoo, sp.nan):
             raise ModelError(
                 model, equation, f"contains {node}", "Every expression must stay finite"
             )
         if isinstance(node, (sp.Rational, sp.Float, sp.NumberSymbol)):
-            try:
-                value = node.p / node.q if isinstance(node, sp.Rational) else float(node)
-            except OverflowError:
-                value = math.inf
+            value = _number(node)
             if math.isinf(value):
                 raise ModelError(
                     model, equation, "contains a number beyond 1e308", "Scale the model's units"
@@ -183,7 +273,7 @@ class SympyToCasadi:
         if isinstance(node, sp.Add):
             return _sum(args)
         if isinstance(node, sp.Mul):
-            return _product(node, args)
+            return _product(node.args, args)
         if isinstance(node, sp.Pow):
             return _power(node, args)
         if isinstance(node, sp.log):
@@ -218,17 +308,13 @@ class SympyToCasadi:
             return value
         if isinstance(node, sp.Not):
             return ca.logic_not(args[0])
+        if isinstance(node, norm):
+            return special.norm(args)
         if type(node) in _UNARY:
             return _UNARY[type(node)](args[0])
-        if node is sp.I or node.has(sp.I):
-            raise ModelError(model, equation, "contains the imaginary unit", "Models are real")
-        if isinstance(node, (sp.Derivative, AppliedUndef)):
-            problem = f"contains {node}, a function of time or a derivative"
-            remedy = "Use the symbols of m.coordinates and m.velocities instead of x(t)"
-        else:
-            problem = f"contains {type(node).__name__}({', '.join(map(str, node.args))})"
-            remedy = "C99 has no such function: write it with elementary ones"
-        raise ModelError(model, equation, problem, remedy)
+        if type(node) in _FURTHER:
+            return _FURTHER[type(node)](*args)
+        raise ModelError(model, equation, *_remedy(node))
 
 
 def _sum(terms: list[ca.SX]) -> ca.SX:
@@ -238,13 +324,64 @@ def _sum(terms: list[ca.SX]) -> ca.SX:
     return value
 
 
-def _product(node: sp.Mul, args: list[ca.SX]) -> ca.SX:
+def _number(node: Any) -> float:
+    """A SymPy number as a double, however many digits it has."""
+    try:
+        return node.p / node.q if isinstance(node, sp.Rational) else float(node)
+    except OverflowError:
+        pass
+    try:
+        return float(node.evalf(30))
+    except OverflowError:
+        return math.inf
+
+
+def _remedy(node: Any) -> tuple[str, str]:
+    """What is wrong with a term that C cannot compute, and what to do."""
+    if node is sp.I:
+        return "contains the imaginary unit", "Models are real"
+    if isinstance(node, sp.Derivative):
+        return (
+            f"contains {node}, a derivative that is not carried out",
+            "Call .doit() on the expression; models in x(t) come in by "
+            "signorini.bodies.from_lagrangian",
+        )
+    if isinstance(node, (sp.Integral, sp.Sum, sp.Product, sp.Limit)):
+        return (
+            f"contains {node}, which is not carried out",
+            "Call .doit() on the expression; what has no closed form must be written as one",
+        )
+    if isinstance(node, AppliedUndef):
+        if node.args == (dynamicsymbols._t,):
+            return (
+                f"contains {node}, a function of time",
+                "Use the symbols of m.coordinates and m.velocities, or bring the model in by "
+                "signorini.bodies.from_lagrangian",
+            )
+        return (
+            f"contains {node}, a function without an expression",
+            f"Put its expression in its place: .subs({node}, ...)",
+        )
+    if isinstance(node, (MatrixElement, sp.Indexed)):
+        return (
+            f"contains {node}, an entry of a symbolic array",
+            "Declare scalars with m.parameters and put them in its place: .subs(...), "
+            ".as_explicit()",
+        )
+    name = f"{type(node).__name__}({', '.join(map(str, node.args))})"
+    return (
+        f"contains {name}, for which C99 has no function",
+        "Write it with elementary functions, for example by .rewrite(sin) or .rewrite(Piecewise)",
+    )
+
+
+def _product(factors: Sequence[Any], args: list[ca.SX]) -> ca.SX:
     # Factors with negative exponent go below one fraction bar: m*g/2, not m*g*(1/2).
     over: list[ca.SX] = []
     under: list[ca.SX] = []
     sign = 1
-    for factor, sx in zip(node.args, args, strict=True):
-        if isinstance(factor, sp.Rational):
+    for factor, sx in zip(factors, args, strict=True):
+        if isinstance(factor, sp.Rational) and max(abs(factor.p), factor.q) < 2**53:
             if factor.p < 0:
                 sign = -sign
             if abs(factor.p) != 1:
@@ -261,15 +398,6 @@ def _product(node: sp.Mul, args: list[ca.SX]) -> ca.SX:
     for factor in under:
         value = value / factor
     return value if sign > 0 else -value
-
-
-def _repeated_exponential(node: Any) -> tuple[sp.Basic, int] | None:
-    """exp(x) and n where the node is exp(n x): SymPy gathers what was written as a power."""
-    if isinstance(node, sp.exp):
-        factor, rest = node.args[0].as_coeff_Mul()
-        if isinstance(factor, sp.Integer) and 2 <= abs(factor) <= 4 and not rest.is_Number:
-            return sp.exp(rest if factor > 0 else -rest), int(abs(factor))
-    return None
 
 
 def _power(node: sp.Pow, args: list[ca.SX]) -> ca.SX:
@@ -306,7 +434,8 @@ def _piecewise(model: str, equation: str, node: sp.Piecewise, args: list[ca.SX])
             model,
             equation,
             f"{node} has no value where none of its conditions holds",
-            "End the Piecewise with (value, True)",
+            "Make the last condition True where its value may go on outside, or add the value that "
+            "holds there as (value, True)",
         )
     value = args[-2]
     for branch, condition in zip(args[-4::-2], args[-3::-2], strict=True):

@@ -7,6 +7,7 @@ import numpy as np
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import ContactDeclaration, Model
 from signorini.codegen.model_data import Contact, ModelData, Parameter
+from signorini.codegen.operations import BY_NUMBER, PLUMBING
 from signorini.codegen.symbols import is_number
 
 # Operations of CasADi without a counterpart in C99.
@@ -137,11 +138,20 @@ class _Freezer:
         f = ca.Function("f", [ca.vertcat(*ca.symvar(sx))], [sx])
         for k in range(f.n_instructions()):
             op = f.instruction_id(k)
-            if op in _NOT_IN_C:
+            if op == ca.OP_CALL:
                 raise ModelError(
                     self.name,
                     equation,
-                    f"contains {_NOT_IN_C[op]}",
+                    "contains the call of a CasADi function that is not made of elementary "
+                    "operations, an interpolant for example",
+                    "Expand it into SX with f.expand() where that is possible, or write the "
+                    "function out, a table as a Piecewise or a spline of your own",
+                )
+            if op not in BY_NUMBER and op not in PLUMBING:
+                raise ModelError(
+                    self.name,
+                    equation,
+                    f"contains {_NOT_IN_C.get(op, f'the operation {op} of CasADi')}",
                     "C99 has no such function: write it with elementary ones",
                 )
             if op == ca.OP_CONST and not np.isfinite(f.instruction_constant(k)):

@@ -14,6 +14,8 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 from signorini.codegen.model import Model
+from signorini.codegen.sympy_to_casadi import unique_nodes
+from sympy.core.function import AppliedUndef
 
 DIGITS = 50
 Vector = np.ndarray
@@ -127,8 +129,19 @@ class _SymPy:
 
     @staticmethod
     def _plain(e: sp.Expr) -> sp.Expr:
-        """Without the markers of smoothness."""
-        return e.replace(lambda n: type(n).__name__ == "smooth", lambda n: n.args[0])
+        """Without markers, and with functions of C and of this package written out."""
+        written: dict[Any, Any] = {}
+        nodes = unique_nodes(e)
+        for node in nodes:
+            name = type(node).__name__
+            args = [written[id(c)] for c in nodes.children(node)]
+            if name in _PLAIN and not isinstance(node, AppliedUndef):
+                written[id(node)] = _PLAIN[name](*args)
+            elif any(a is not b for a, b in zip(args, node.args, strict=True)):
+                written[id(node)] = node.func(*args)
+            else:
+                written[id(node)] = node
+        return written[id(nodes.root)]
 
     def _call(self, key: Any, expressions: list[sp.Expr], at: Any) -> list[Any]:
         if key not in self._functions:
@@ -157,6 +170,22 @@ class _SymPy:
             return np.zeros((0, len(x)))
         expressions = [] if key in self._functions else [sp.diff(e, s) for e in rows for s in x]
         return self._array(self._call(key, expressions, at)).reshape(len(rows), len(x))
+
+
+# By name, so that nothing of the translation is used but the walk over its terms.
+_PLAIN: dict[str, Callable[..., Any]] = {
+    "smooth": lambda x: x,
+    "norm": lambda *x: sp.sqrt(sum(c**2 for c in x)),
+    "log1p": lambda x: sp.log(1 + x),
+    "expm1": lambda x: sp.exp(x) - 1,
+    "exp2": lambda x: sp.Integer(2) ** x,
+    "log2": lambda x: sp.log(x) / sp.log(2),
+    "log10": lambda x: sp.log(x) / sp.log(10),
+    "Cbrt": lambda x: sp.sign(x) * sp.Abs(x) ** sp.Rational(1, 3),
+    "Sqrt": sp.sqrt,
+    "hypot": lambda x, y: sp.sqrt(x**2 + y**2),
+    "fma": lambda a, b, c: a * b + c,
+}
 
 
 class _CasADi:
@@ -274,6 +303,7 @@ def _operations(m: Any) -> dict[int, Callable[..., Any]]:
         ca.OP_LOG1P: lambda x: m.log(1 + x),
         ca.OP_FABS: lambda x: x if x.real >= 0 else -x,
         ca.OP_SIGN: lambda x: type(x)((x.real > 0) - (x.real < 0)),
+        ca.OP_ERF: m.erf if m is mp else _erf,
         ca.OP_FLOOR: lambda x: type(x)(math.floor(x.real)),
         ca.OP_CEIL: lambda x: type(x)(math.ceil(x.real)),
         ca.OP_FMIN: lambda x, y: x if x.real <= y.real else y,
@@ -290,4 +320,11 @@ def _operations(m: Any) -> dict[int, Callable[..., Any]]:
         ca.OP_IF_ELSE_ZERO: lambda x, y: y if x.real != 0 else type(x)(0),
         ca.OP_COPYSIGN: lambda x, y: x if (x.real >= 0) == (y.real >= 0) else -x,
         ca.OP_FMOD: lambda x, y: x - y * int(x.real / y.real),
+        ca.OP_REMAINDER: lambda x, y: x - y * round(x.real / y.real),
     }
+
+
+def _erf(x: complex) -> complex:
+    """Error function next to the real axis: the slope there is 2 / sqrt(pi) exp(-x^2)."""
+    slope = 2 / math.sqrt(math.pi) * math.exp(-(x.real**2))
+    return complex(math.erf(x.real), slope * x.imag)
