@@ -5,6 +5,7 @@ from typing import Any
 
 from signorini.bodies.algebra import dot, subtract
 from signorini.bodies.frames import Frame, Point, turned_in_plane
+from signorini.bodies.given import positive, unit
 from signorini.bodies.polygons import outline, pairs
 from signorini.bodies.scene import Scene
 from signorini.bodies.shapes import tangents
@@ -60,6 +61,15 @@ class Planar(Scene):
                 )
             v = self.model.velocities[-3:]
             frame = turned_in_plane(name, self.ground, q[2], v[2], q[:2], v[:2])
+        positive(self.model, f"mass of body '{name}'", mass)
+        if isinstance(inertia, (tuple, list)):
+            raise ModelError(
+                self.model.name,
+                f"inertia of body '{name}'",
+                f"is {inertia!r}",
+                "Give one number: the moment about the centre of mass",
+            )
+        positive(self.model, f"inertia of body '{name}'", inertia)
         T = mass * dot(frame.velocity, frame.velocity) / 2 + inertia * frame.spin[0] ** 2 / 2
         self.add_energy(T, -mass * dot(self.gravity, frame.origin))
         return frame
@@ -90,7 +100,8 @@ class Planar(Scene):
 
         `axis` has components of `other`'s frame; `angle` is the fixed angle between the frames.
         """
-        a = self.vector(f"axis of joint '{name}'", axis)
+        what = f"axis of joint '{name}'"
+        a = unit(self.model, what, self.vector(what, axis))
         across = other.frame.direction(-a[1], a[0])
         self.model.constraint(
             name,

@@ -5,6 +5,7 @@ from typing import Any
 
 from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
 from signorini.bodies.frames import Frame, Point
+from signorini.bodies.given import positive, unit
 from signorini.bodies.shapes import Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import Model
@@ -27,14 +28,20 @@ class Scene:
         self.model = model
         self.algebra = algebra_of(model)
         zero = (0,) * self.dimension
+        if model.lagrangian is not None:
+            raise ModelError(
+                model.name,
+                f"{type(self).__name__}(model)",
+                "the model has a Lagrangian already",
+                "Make the scene first; add energies of your own with add_energy(T, V)",
+            )
         self.gravity = zero if gravity is None else self.vector("gravity", gravity)
         axes = tuple(
             tuple(int(i == j) for j in range(self.dimension)) for i in range(self.dimension)
         )
         spin = (0,) if self.dimension == 2 else zero
         self.ground = Frame("ground", self.algebra, zero, zero, axes, spin)
-        if model.lagrangian is None:
-            model.lagrangian = 0
+        model.lagrangian = 0
 
     # --- energies and forces ---------------------------------------------------------------------
 
@@ -50,6 +57,7 @@ class Scene:
             v = self.model.velocities[-self.dimension :]
             zero_spin = (0,) if self.dimension == 2 else (0, 0, 0)
             at = Frame(name, self.algebra, q, v, self.ground.axes, zero_spin).point()
+        positive(self.model, f"mass of particle '{name}'", mass)
         self.add_energy(
             mass * dot(at.velocity, at.velocity) / 2, -mass * dot(self.gravity, at.position)
         )
@@ -103,14 +111,16 @@ class Scene:
     def plane(
         self, point: Point | None = None, normal: Sequence[Any] | None = None, belt: Any = None
     ) -> Plane:
-        """A plane through a point with a unit normal, fixed to the point's frame.
+        """A plane through a point with a normal, fixed to the point's frame.
 
         By default the ground: through the origin, the last axis up. `normal` has components of the
-        point's frame, `belt` is the velocity of the surface in that frame [m/s].
+        point's frame; numbers are divided by their length, expressions must have length one.
+        `belt` is the velocity of the surface in that frame [m/s].
         """
         at = self.ground.point() if point is None else point
         up = (0,) * (self.dimension - 1) + (1,)
-        n = at.frame.direction(*(up if normal is None else self.vector("normal", normal)))
+        across = up if normal is None else self.vector("normal of a plane", normal)
+        n = at.frame.direction(*unit(self.model, "normal of a plane", across))
         moving = (0,) * self.dimension if belt is None else self.vector("belt", belt)
         return Plane(at, n, at.frame.direction(*moving))
 
@@ -170,6 +180,12 @@ class Scene:
         self.model.constraint(name, self._touch(f"constraint '{name}'", one, other).gap)
 
     def _touch(self, what: str, one: Any, other: Any) -> Touch:
+        for thing in (one, other):
+            if isinstance(thing, Round):
+                positive(self.model, f"radius in {what}", thing.radius, zero=True)
+            if isinstance(thing, Ellipsoid):
+                for axis in thing.semi_axes:
+                    positive(self.model, f"semi-axis in {what}", axis)
         kinematics = touch(self.algebra, one, other)
         if kinematics is None:
             raise ModelError(
@@ -196,13 +212,16 @@ class Scene:
 
     def vector(self, what: str, components: Sequence[Any]) -> Vector:
         """Check the number of components."""
-        entries = tuple(components)
+        try:
+            entries = tuple(components)
+        except TypeError:
+            entries = ()
         if len(entries) != self.dimension:
             raise ModelError(
                 self.model.name,
                 what,
-                f"has {len(entries)} components",
-                f"Give {self.dimension}",
+                f"has {len(entries)} components" if entries else f"is {components!r}",
+                f"Give {self.dimension} components",
             )
         return entries
 

@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from signorini.bodies.algebra import Matrix, Vector, dot, scale, subtract
+from signorini.bodies.algebra import Matrix, Vector, dot, subtract
 from signorini.bodies.frames import Frame, Point, turned_in_space
+from signorini.bodies.given import positive, unit
 from signorini.bodies.scene import Scene
 from signorini.bodies.shapes import perpendicular
 from signorini.codegen.errors import ModelError
@@ -49,6 +50,9 @@ class Spatial(Scene):
             A frame that moves with other coordinates (see `frame`): the body gets none of its own.
         """
         J = self.vector(f"inertia of body '{name}'", inertia)
+        positive(self.model, f"mass of body '{name}'", mass)
+        for moment in J:
+            positive(self.model, f"inertia of body '{name}'", moment)
         if frame is not None:
             T = mass * dot(frame.velocity, frame.velocity) / 2
             omega = frame.components(frame.spin)
@@ -87,15 +91,17 @@ class Spatial(Scene):
         at: Sequence[Any] = (0, 0, 0),
         parent: Frame | None = None,
     ) -> Frame:
-        """A frame turned by `angle` about a unit axis of `parent`, its origin at `at` there.
+        """A frame turned by `angle` about an axis of `parent`, its origin at `at` there.
 
+        An axis of numbers is divided by its length, one of expressions must have length one.
         Expressions of t and q; several in a row make Euler or Cardan angles.
         """
         slide = self._rates(self.vector(f"frame '{name}'", at))
         (rate,) = self._rates([angle])
         base = self.ground if parent is None else parent
-        unit = self.vector(f"axis of frame '{name}'", axis)
-        return turned_in_space(name, base, unit, angle, rate, tuple(at), slide)
+        what = f"axis of frame '{name}'"
+        a = unit(self.model, what, self.vector(what, axis))
+        return turned_in_space(name, base, a, angle, rate, tuple(at), slide)
 
     # --- joints ----------------------------------------------------------------------------------
 
@@ -144,12 +150,11 @@ class Spatial(Scene):
         self.model.constraint(name, [*apart, *self._aligned(one.frame, other.frame)])
 
     def _axis(self, name: str, axis: Sequence[float]) -> Vector:
-        a = self.vector(f"axis of joint '{name}'", axis)
-        if not all(isinstance(c, (int, float)) for c in a) or dot(a, a) == 0:
-            raise ModelError(
-                self.model.name, f"axis of joint '{name}'", f"is {a}", "Give three numbers"
-            )
-        return a if dot(a, a) == 1 else scale(1 / dot(a, a) ** 0.5, a)
+        what = f"axis of joint '{name}'"
+        a = self.vector(what, axis)
+        if not all(_is_number(c) for c in a) or dot(a, a) == 0:
+            raise ModelError(self.model.name, what, f"is {a}", "Give three numbers")
+        return unit(self.model, what, a)
 
     def _parallel(self, one: Frame, a: Vector, other: Frame, b: Vector) -> list[Any]:
         axis = other.direction(*b)
@@ -176,7 +181,7 @@ class Spatial(Scene):
         ----------
         q, v : mapping from coordinate name
             The rest is zero.
-        attitude : mapping from body name to (unit axis, angle [rad]), optional
+        attitude : mapping from body name to (axis, angle [rad]), optional
             Bodies that are not named are not turned.
         spin : mapping from body name to three components in the body's frame [rad/s], optional
             Initial angular velocities.
@@ -194,12 +199,13 @@ class Spatial(Scene):
                     )
         for name, (names, _J) in self._quaternions.items():
             axis, angle = attitude.get(name, ((0, 0, 1), 0))
-            unit = self.vector(f"attitude of '{name}'", axis)
+            what = f"attitude of '{name}'"
+            a = unit(self.model, what, self.vector(what, axis))
             if _is_number(angle):
                 angle = angle * 1.0
             half = angle / 2
             c, s = self.algebra.cos(half), self.algebra.sin(half)
-            p: Vector = (1, 0, 0, 0) if angle == 0 else (c, *(s * x for x in unit))
+            p: Vector = (1, 0, 0, 0) if angle == 0 else (c, *(s * x for x in a))
             q_all.update({n: x for n, x in zip(names, p, strict=True) if n not in q})
             if name in spin:
                 omega = self.vector(f"spin of '{name}'", spin[name])

@@ -23,6 +23,9 @@ class ModelError(ValueError):
         self.remedy = remedy
         super().__init__(f"model '{model}', {equation}: {problem}. {remedy}.")
 
+    def __reduce__(self) -> tuple[type, tuple[str, str, str, str]]:
+        return type(self), (self.model, self.equation, self.problem, self.remedy)
+
 
 class GenerationError(ValueError):
     """Options or folders from which no C can be generated."""

@@ -93,6 +93,7 @@ class Model:
         self.par: list[Any] = []
         self.u: list[Any] = []
         self.L: Any = None
+        self._L_is_read = False
         self.forces: list[list[Any]] = []
         self.constraints: list[tuple[str, list[Any]]] = []
         self.velocity_constraints: list[tuple[str, list[Any]]] = []
@@ -191,12 +192,23 @@ class Model:
 
     @property
     def lagrangian(self) -> Any:
-        """L(t, q, v) = T - V; assign it once."""
+        """L(t, q, v) = T - V; assign it once, or add to it with ``m.lagrangian += ...``."""
+        self._L_is_read = True
         return self.L
 
     @lagrangian.setter
     def lagrangian(self, L: Any) -> None:
+        # an addition reads it first; what is assigned unread would be lost
+        if self.L is not None and not self._L_is_read:
+            raise ModelError(
+                self.name,
+                "lagrangian",
+                "it is assigned a second time, and what it was would be lost",
+                "Assign it once, or add to it: m.lagrangian += ... (with bodies: "
+                "world.add_energy(T, V))",
+            )
         self.L = L
+        self._L_is_read = False
 
     def force(self, f: Sequence[Any] | Mapping[str, Any]) -> None:
         """Add generalized forces f(t, q, v, u) that L does not contain.

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 import casadi as ca
+import numpy as np
 from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
@@ -362,7 +363,7 @@ def emit_spec(
     d = Derivation(data)
     make = full_order_scheme if form == "full_order" else SCHEMES[scheme]
     try:
-        plan = make(d, stages)
+        plan = make(d, int(stages) if isinstance(stages, np.integer) else stages)
     except ValueError as error:
         raise GenerationError(str(error)) from None
     return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()

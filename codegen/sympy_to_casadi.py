@@ -1,13 +1,14 @@
 """Translation of SymPy expressions into CasADi SX, node by node, nothing expanded."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import casadi as ca
 import sympy as sp
 from signorini.codegen import special
 from signorini.codegen.errors import ModelError, foreign_symbol
+from signorini.codegen.terms import unique_nodes
 from sympy.codegen import cfunctions
 from sympy.core.function import AppliedUndef
 from sympy.functions.elementary.piecewise import ExprCondPair
@@ -89,6 +90,9 @@ _NONSMOOTH = (
 )  # fmt: skip
 
 
+_NOT_CARRIED_OUT = (sp.Derivative, sp.Integral, sp.Sum, sp.Product, sp.Limit, AppliedUndef, sp.Subs)
+
+
 def nonsmooth_part(expr: Any, constants: Iterable[Any] = ()) -> str | None:
     """Return the first function outside `smooth` that has a kink or a jump, as text.
 
@@ -115,51 +119,6 @@ def nonsmooth_part(expr: Any, constants: Iterable[Any] = ()) -> str | None:
             return str(node)
         stack.extend(reversed(nodes.children(node)))
     return None
-
-
-class unique_nodes:  # noqa: N801 - used as a function: for node in unique_nodes(expr)
-    """The different terms of an expression, each once, operands first; equal terms are one.
-
-    Neither the depth of an expression nor the number of paths to a shared term matters: the walk
-    is a loop, and hashes are made from the leaves upwards.
-    """
-
-    def __init__(self, root: sp.Basic) -> None:
-        self._canonical: dict[int, sp.Basic] = {}
-        self._kept: list[sp.Basic] = []
-        table: dict[Any, sp.Basic] = {}
-        self._order: list[sp.Basic] = []
-        stack: list[tuple[sp.Basic, bool]] = [(root, False)]
-        while stack:
-            node, ready = stack.pop()
-            if id(node) in self._canonical:
-                continue
-            children = node.args
-            if not ready and children:
-                stack.append((node, True))
-                stack.extend((c, False) for c in children if id(c) not in self._canonical)
-                continue
-            key: Any = node
-            if children:
-                key = (type(node), tuple(id(self._canonical[id(c)]) for c in children))
-            chosen = table.setdefault(key, node)
-            self._kept.append(node)  # an id is that of a living object
-            self._canonical[id(node)] = chosen
-            if chosen is node:
-                hash(node)
-                self._order.append(node)
-        self.root = self._canonical[id(root)]
-
-    def __iter__(self) -> Iterator[sp.Basic]:
-        return iter(self._order)
-
-    def canonical(self, node: sp.Basic) -> sp.Basic:
-        """The one that stands for all terms equal to `node`."""
-        return self._canonical[id(node)]
-
-    def children(self, node: sp.Basic) -> list[sp.Basic]:
-        """Operands of a term, each the one that stands for all equal ones."""
-        return [self._canonical[id(c)] for c in node.args]
 
 
 class SympyToCasadi:
@@ -227,6 +186,9 @@ class SympyToCasadi:
 
     def _convert(self, model: str, equation: str, root: sp.Basic) -> ca.SX:
         nodes = unique_nodes(root)
+        for node in nodes:  # before their parts, whose symbols may be bound to them
+            if isinstance(node, _NOT_CARRIED_OUT):
+                raise ModelError(model, equation, *_remedy(node))
         done: dict[int, ca.SX] = {}
         for node in nodes:
             children = nodes.children(node)
@@ -264,12 +226,12 @@ class SympyToCasadi:
                 model, equation, f"contains {node}", "Every expression must stay finite"
             )
         if isinstance(node, (sp.Rational, sp.Float, sp.NumberSymbol)):
-            value = _number(node)
-            if math.isinf(value):
+            number = _number(node)
+            if math.isinf(number):
                 raise ModelError(
                     model, equation, "contains a number beyond 1e308", "Scale the model's units"
                 )
-            return ca.SX(value)
+            return ca.SX(number)
         if isinstance(node, sp.Add):
             return _sum(args)
         if isinstance(node, sp.Mul):
@@ -352,7 +314,7 @@ def _remedy(node: Any) -> tuple[str, str]:
             "Call .doit() on the expression; what has no closed form must be written as one",
         )
     if isinstance(node, AppliedUndef):
-        if node.args == (dynamicsymbols._t,):
+        if node.args == (dynamicsymbols._t,) or str(node.args[0]) == "t":
             return (
                 f"contains {node}, a function of time",
                 "Use the symbols of m.coordinates and m.velocities, or bring the model in by "

@@ -68,8 +68,9 @@ def lobatto(s: int) -> Tableau:
     degree s - 1; a_ij = int_0^c_i l_j, b_j = int_0^1 l_j with the Lagrange basis l; the second
     tableau is a_hat_ij = b_j - b_j a_ji / b_i (46).
     """
-    if not isinstance(s, int) or isinstance(s, bool) or not 2 <= s <= MAX_STAGES:
+    if not isinstance(s, (int, np.integer)) or isinstance(s, bool) or not 2 <= s <= MAX_STAGES:
         raise ValueError(f"stages = {s!r}: Lobatto IIIA-IIIB takes 2 to {MAX_STAGES} stages")
+    s = int(s)
     with mp.workdps(DIGITS + 20):
         c = _nodes(s)
         basis = [_lagrange(c, j) for j in range(s)]

@@ -43,6 +43,7 @@ class _Freezer:
         self.v = self._symbols(model.v)
         self.par = self._symbols(model.par)
         self.u = self._symbols(model.u)
+        self.slips: list[tuple[str, ca.SX]] = []
 
     def _symbols(self, symbols: list[Any]) -> ca.SX:
         world = self.model.world
@@ -97,8 +98,11 @@ class _Freezer:
             t_end=model.suggested.get("t_end", 1.0),
             **self.start(),
         )
+        for equation, sx in self.slips:
+            _check_affine(data, equation, sx)
         _check_mass_matrix(data)
         _check_start_values(data)
+        _check_constraints(data)
         return data
 
     # --- pieces ----------------------------------------------------------------------------------
@@ -189,7 +193,7 @@ class _Freezer:
 
     def affine(self, equation: str, expr: Any) -> ca.SX:
         sx = self.scalar(equation, expr, "tqvp")
-        _check_affine(self.name, equation, sx, self.t, self.q, self.v, self.par)
+        self.slips.append((equation, sx))
         self._check_depends(equation, sx, self.v, "velocity")
         return sx
 
@@ -279,28 +283,99 @@ class _Freezer:
 _REMEDY_V = "Gaps and position constraints hold coordinates only: use a velocity_constraint"
 
 
-def _check_affine(
-    model: str, equation: str, sx: ca.SX, t: ca.SX, q: ca.SX, v: ca.SX, par: ca.SX
-) -> None:
-    """Raise unless `sx` is affine in v."""
-    curvature = ca.hessian(sx, v)[0]
+def _check_affine(data: ModelData, equation: str, sx: ca.SX) -> None:
+    """Raise unless `sx` is affine in v where the model lives: at its start and around it."""
+    curvature = ca.hessian(sx, data.v)[0]
     if curvature.nnz() == 0:
         return
     # Structure alone cannot see (v + 1)^2 - v^2; numbers can.
-    f = ca.Function("f", [t, q, v, par], [curvature, ca.jacobian(sx, v)])
+    f = ca.Function("f", [data.t, data.q, data.v, data.par], [curvature, ca.jacobian(sx, data.v)])
+    par = np.array([p.default for p in data.parameters])
+    t0, q0, v0 = _numbers(data, par)
     rng = np.random.default_rng(0)
-    for _ in range(_PROBES):
-        draw = [rng.uniform(0.3, 1.7, x.numel()) for x in (t, q, v, par)]
+    reach = np.maximum(np.abs(q0), 1.0)
+    seen = False
+    for k in range(4 * _PROBES):
+        # narrow and wide around the start, then anywhere near one
+        q = q0 + (0.1 if k % 2 else 1.0) * reach * rng.uniform(-1, 1, q0.size)
+        v = v0 + rng.uniform(-1, 1, v0.size)
+        if k >= 3 * _PROBES:
+            q, v = (rng.uniform(0.3, 1.7, x.size) for x in (q0, v0))
+        draw = (t0, q0, v, par) if k == 0 else (t0 + rng.uniform(0, 1), q, v, par)
         H, W = (np.asarray(x) for x in f(*draw))
-        scale = np.max(np.abs(W), initial=1.0)
-        if np.all(np.isfinite(H)) and np.max(np.abs(H), initial=0.0) > 1e-9 * scale:
+        if not (np.all(np.isfinite(H)) and np.all(np.isfinite(W))):
+            continue
+        seen = True
+        scale = np.max(np.abs(W), initial=0.0)
+        if np.max(np.abs(H), initial=0.0) > 1e-9 * max(scale, 1e-300):
             i, _j = np.unravel_index(int(np.argmax(np.abs(H))), H.shape)
             raise ModelError(
-                model,
+                data.name,
                 equation,
-                f"is not affine in the velocity '{v[int(i)].name()}'",
+                f"is not affine in the velocity '{data.velocities[int(i)]}'",
                 "Write it as W(t, q)^T v + chi(t, q)",
             )
+    if not seen:
+        raise ModelError(
+            data.name,
+            equation,
+            "could not be tested for being affine in the velocities: it is no number at the "
+            "initial state and wherever tried around it",
+            "Write it as W(t, q)^T v + chi(t, q), without powers or functions of velocities",
+        )
+
+
+def _check_constraints(data: ModelData) -> None:
+    """Raise if the initial state breaks a constraint or penetrates a contact, before generation."""
+    par = np.array([p.default for p in data.parameters])
+    t0, q0, v0 = _numbers(data, par)
+    g_q, gamma_v = ca.jacobian(data.g, data.q), ca.jacobian(data.gamma, data.v)
+    chi = ca.jacobian(data.g, data.t)
+    rest = ca.substitute(data.gamma, data.v, ca.SX.zeros(data.n_q, 1))
+    at = [data.t, data.q, data.v, data.par]
+    f = ca.Function("f", at, [data.g, g_q, chi, data.gamma, gamma_v, rest])
+    g, W_g, g_t, gamma, W_gamma, chi_gamma = (np.asarray(x) for x in f(t0, q0, v0, par))
+    names = [(n, "g") for n in _row_names(data.g_blocks)]
+    rows = [
+        *zip(names, g.ravel(), np.abs(W_g) @ np.abs(q0), strict=True),
+        *zip(
+            [(n, "its velocity g_dot") for n, _ in names],
+            (W_g @ v0 + g_t.ravel()) if names else [],
+            (np.abs(W_g) @ np.abs(v0) + np.abs(g_t.ravel())) if names else [],
+            strict=True,
+        ),
+        *zip(
+            [(n, "gamma") for n in _row_names(data.gamma_blocks)],
+            gamma.ravel(),
+            np.abs(W_gamma) @ np.abs(v0) + np.abs(chi_gamma.ravel()),
+            strict=True,
+        ),
+    ]
+    for c in data.contacts:
+        if c.g_N is None:
+            continue
+        exists = c.guard if c.guard is not None else ca.SX(1)
+        gap, W, there = (
+            np.asarray(x).ravel()
+            for x in ca.Function("f", at, [c.g_N, ca.jacobian(c.g_N, data.q), exists])(
+                t0, q0, v0, par
+            )
+        )
+        if there[0] >= 0 and gap[0] < 0:
+            rows.append(((c.name, "the gap g_N"), gap[0], float(np.abs(W) @ np.abs(q0))))
+    for (name, what), value, size in rows:
+        if not abs(value) <= 2.0**-11 * size + 2.0**-17:
+            raise ModelError(
+                data.name,
+                "initial_state",
+                f"{what} of '{name}' is {value:.6g} there, with the default parameters",
+                "Give a state that satisfies all constraints and does not penetrate; for a state "
+                "near one, stepper.project(q0, v0) finds it",
+            )
+
+
+def _row_names(blocks: tuple[tuple[str, int], ...]) -> list[str]:
+    return [name if n == 1 else f"{name}[{k}]" for name, n in blocks for k in range(n)]
 
 
 def _check_mass_matrix(data: ModelData) -> None:
@@ -325,6 +400,7 @@ def _check_mass_matrix(data: ModelData) -> None:
     ]
     singular = [_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws]
     if singular[0] is None:
+        _check_sign(data, np.asarray(M(t0, q0, v0, par)))
         return
     names = [data.velocities[k] for k in singular[0]]
     where = (
@@ -338,6 +414,20 @@ def _check_mass_matrix(data: ModelData) -> None:
         "Give these velocities inertia; for a unit quaternion p add c*(p.p_dot)^2 with c of the "
         "size of the inertia to T, a term that vanishes on the constraint",
     )
+
+
+def _check_sign(data: ModelData, M: np.ndarray) -> None:
+    """Raise if the kinetic energy falls with a velocity."""
+    for k, name in enumerate(data.velocities):
+        if M[k, k] < 0:
+            negative = [p for p in data.parameters if p.default < 0]
+            because = f": {negative[0].name} = {negative[0].default:g}" if negative else ""
+            raise ModelError(
+                data.name,
+                "the Lagrangian L",
+                f"its Hessian in v is negative for '{name}'{because}",
+                "Give masses and inertias > 0, and check the sign of T in L = T - V",
+            )
 
 
 def _singular_direction(M: np.ndarray) -> list[int] | None:

@@ -4,6 +4,7 @@ import ctypes
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -104,7 +105,7 @@ class Batch:
             parameters=parameters,
             options=self.options,
             steps=int(self.steps[k]),
-            find_events=lambda: self._events(k, parameters),
+            find_events=partial(self._events, k, parameters),
         )
 
     def _events(self, k: int, parameters: dict[str, float]) -> list[Event]:

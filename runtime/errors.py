@@ -1,6 +1,6 @@
 """Errors of compiled steppers and runs."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from signorini.runtime.replay import FailedStep
@@ -35,3 +35,6 @@ class StepError(RuntimeError):
         self.status = status
         self.trajectory = trajectory
         self.step = step
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.status, self.trajectory, self.step)

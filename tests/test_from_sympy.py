@@ -41,7 +41,7 @@ def compare(made: Translated, method: Any, q: list[Any], values: dict[Any, float
         sp.lambdify(dummies, sp.Matrix(e).subs(values).xreplace(order), "numpy")
         for e in (method._m_d, method._f_d, method.lam_coeffs)
     ]
-    made.model.initial_state(q=[0.1] * n)
+    made.model.initial_state(q=[0] * n)
     stepper = sg.build(made.model, stages=2)
     rng = np.random.default_rng(3)
     for _ in range(5):

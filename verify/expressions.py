@@ -14,7 +14,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 from signorini.codegen.model import Model
-from signorini.codegen.sympy_to_casadi import unique_nodes
+from signorini.codegen.terms import unique_nodes
 from sympy.core.function import AppliedUndef
 
 DIGITS = 50
