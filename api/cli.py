@@ -2,11 +2,11 @@
 
 import sys
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
-from cyclopts import App, Parameter
+from cyclopts import App, Parameter, Token
 from rich import box
 from rich.console import Console
 from rich.markup import escape
@@ -20,14 +20,31 @@ from rich.progress import (
 )
 from rich.table import Table
 from signorini.codegen.errors import GenerationError, ModelError
+from signorini.runtime.arguments import plain_number
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.files import check_ending
 from signorini.runtime.stepper import Stepper
 from signorini.runtime.trajectory import Trajectory
 from signorini.version import __version__
 
 _EXPECTED = (ModelError, GenerationError, CompilerError, RunError)
 _QUIET_STEPS = 20_000  # runs shorter than this show no progress
+
+
+def _decimal(kind: type, tokens: Sequence[Token]) -> Any:
+    """A plain decimal number from the command line."""
+    text = tokens[0].value
+    number = plain_number(text)
+    if number is None or (kind is int and not number.is_integer()):
+        raise ValueError(
+            f"{text!r} is no decimal number" if kind is float else f"{text!r} is no whole number"
+        )
+    return kind(number)
+
+
+Real = Annotated[float, Parameter(converter=_decimal)]
+Whole = Annotated[int, Parameter(converter=_decimal)]
 
 app = App(
     name="signorini",
@@ -58,18 +75,18 @@ def main() -> None:
 def run(
     model: str,
     *,
-    stages: int = 3,
+    stages: Whole = 3,
     scheme: Literal["lobatto", "moreau"] = "lobatto",
     velocity_constraints: Literal["paper", "full_order"] | None = None,
-    dt: float | None = None,
-    t_end: float | None = None,
+    dt: Real | None = None,
+    t_end: Real | None = None,
     set: Pairs = None,
     q0: Pairs = None,
     v0: Pairs = None,
-    tol: float | None = None,
-    r: float | None = None,
+    tol: Real | None = None,
+    r: Real | None = None,
     active_set: Literal["any_stage", "end"] = "any_stage",
-    every: int = 1,
+    every: Whole = 1,
     precision: Literal["double", "float"] = "double",
     project: Switch = False,
     out: Path | None = None,
@@ -110,7 +127,7 @@ def run(
     project
         Start from the nearest state that satisfies the constraints.
     out
-        File for the trajectory, .npz.
+        File for the trajectory: .npz (all that is known) or .csv (a table).
     plot
         File for a plot, e.g. run.png.
     """
@@ -120,6 +137,7 @@ def run(
 
     console = Console()
     if out is not None:
+        check_ending(out, (".npz", ".csv"))
         _check_file(out)
     if plot is not None:
         _check_figure("--plot", plot)
@@ -135,6 +153,11 @@ def run(
             precision=precision,
         )
     grid = {"dt": 1e-2, "t_end": 2.0, "inputs": None} | chosen.suggested
+    if stepper.manifest["inputs"] and grid["inputs"] is None:
+        names = ", ".join(stepper.manifest["inputs"])
+        console.print(
+            f"note: the inputs {names} stay zero: the model suggests none", style="yellow"
+        )
     q, v = _start(stepper, parameters, start_q, start_v, project)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -167,7 +190,7 @@ def run(
 def generate(
     model: str,
     *,
-    stages: int = 3,
+    stages: Whole = 3,
     scheme: Literal["lobatto", "moreau"] = "lobatto",
     velocity_constraints: Literal["paper", "full_order"] | None = None,
     out: Path | None = None,
@@ -239,7 +262,7 @@ def check(
     velocity_constraints: Literal["paper", "full_order"] | None = None,
     precision: Literal["double", "float"] = "double",
     prefix: str | None = None,
-    seed: int = 0,
+    seed: Whole = 0,
     sanitize: Switch = False,
     json: Path | None = None,
     junit: Path | None = None,
@@ -335,11 +358,11 @@ def picture(
     model: str,
     *,
     out: Path,
-    stages: int = 3,
-    dt: float | None = None,
-    t_end: float | None = None,
+    stages: Whole = 3,
+    dt: Real | None = None,
+    t_end: Real | None = None,
     set: Pairs = None,
-    poses: int = 8,
+    poses: Whole = 8,
 ) -> None:
     """Run MODEL and draw superimposed poses of its shapes, or curves over time.
 
@@ -441,7 +464,7 @@ def reproduce(*names: str, out: Path) -> None:
 
 
 @app.command
-def growth(*, out: Path, largest: int | None = None) -> None:
+def growth(*, out: Path, largest: Whole | None = None) -> None:
     """Measure how generation, C size, compilation and steps grow with bodies and contacts.
 
     Parameters
@@ -468,7 +491,7 @@ def growth(*, out: Path, largest: int | None = None) -> None:
 def bench(
     *,
     cases: Pairs = None,
-    repeats: int = 51,
+    repeats: Whole = 51,
     native: Switch = False,
     counts: Switch = False,
     peers: Switch = False,
@@ -530,10 +553,10 @@ def bench(
 def stress(
     *,
     scenes: Pairs = None,
-    runs: int = 4,
-    seed: int = 1,
+    runs: Whole = 4,
+    seed: Whole = 1,
     stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
-    workers: int | None = None,
+    workers: Whole | None = None,
     out: Path | None = None,
     replay: Path | None = None,
 ) -> None:
@@ -624,15 +647,15 @@ def sweep(
     *,
     over: Annotated[list[str], Parameter(consume_multiple=True, negative=())],
     set: Pairs = None,
-    stages: int = 3,
+    stages: Whole = 3,
     scheme: Literal["lobatto", "moreau"] = "lobatto",
     precision: Literal["double", "float"] = "double",
-    dt: float | None = None,
-    t_end: float | None = None,
-    every: int = 1,
-    last: int | None = None,
-    batch: int | None = None,
-    workers: int | None = None,
+    dt: Real | None = None,
+    t_end: Real | None = None,
+    every: Whole = 1,
+    last: Whole | None = None,
+    batch: Whole | None = None,
+    workers: Whole | None = None,
     scheduler: str | None = None,
     out: Path = Path("sweep.zarr"),
     plot: Path | None = None,
@@ -740,12 +763,9 @@ def _pairs(option: str, pairs: list[str] | None) -> dict[str, float]:
     values: dict[str, float] = {}
     for pair in pairs or []:
         name, equals, text = pair.partition("=")
-        try:
-            number = float(text)
-        except ValueError:
-            number = float("nan")
-        if not name or not equals or not np.isfinite(number):
-            raise RunError(f"{option} {pair}: write NAME=VALUE with a finite number")
+        number = plain_number(text)
+        if not name or not equals or number is None:
+            raise RunError(f"{option} {pair}: write NAME=VALUE with a finite decimal number")
         if name in values:
             raise RunError(f"{option}: '{name}' is given twice")
         values[name] = number

@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import inspect
 import pkgutil
 import re
 import sys
@@ -30,11 +31,28 @@ def find_model(name: str) -> Model:
     place, _, function = (
         name.partition(":") if not re.match(r"[A-Za-z]:[\\/]", name) else (name, "", "")
     )
-    function = function or "model"
     module = _module(place)
-    make = getattr(module, function, None)
+    make = getattr(module, function or "model", None)
+    if isinstance(make, Model):
+        return make
     if not callable(make):
-        raise RunError(f"{place} has no function '{function}': define 'def model() -> sg.Model'")
+        others = _offers(module)
+        if function or not others:
+            known = f"; it has {', '.join(others)}" if others else ""
+            raise RunError(
+                f"{place} has no function '{function or 'model'}'{known}: define "
+                "'def model() -> sg.Model'"
+            )
+        if len(others) > 1:
+            raise RunError(
+                f"{place} has no function 'model' but {', '.join(others)}: say which, "
+                f"{place}:{others[0]}"
+            )
+        function = others[0]
+        make = getattr(module, function)
+        if isinstance(make, Model):
+            return make
+    function = function or "model"
     try:
         model = make()
     except (ModelError, RunError):
@@ -44,6 +62,22 @@ def find_model(name: str) -> Model:
     if not isinstance(model, Model):
         raise RunError(f"{place}:{function} returned {type(model).__name__}, not a signorini.Model")
     return model
+
+
+def _offers(module: object) -> list[str]:
+    """Names in a file that may give a model: models, and functions that need no argument."""
+    found = []
+    for name, value in vars(module).items():
+        own = getattr(value, "__module__", None) == getattr(module, "__name__", "")
+        if isinstance(value, Model):
+            found.append(name)
+        elif own and inspect.isfunction(value) and not name.startswith("_"):
+            try:
+                inspect.signature(value).bind()
+            except TypeError:
+                continue
+            found.append(name)
+    return found
 
 
 def _module(place: str) -> object:
@@ -57,15 +91,17 @@ def _module(place: str) -> object:
         if spec is None or spec.loader is None:
             raise RunError(f"{place} is no Python file")
         module = importlib.util.module_from_spec(spec)
-        sys.path.insert(0, str(path.parent.resolve()))
+        # dataclasses look their module up; helpers beside the file may be imported later, too
+        sys.modules[spec.name] = module
+        folder = str(path.parent.resolve())
+        if folder not in sys.path:
+            sys.path.insert(0, folder)
         try:
             spec.loader.exec_module(module)
         except (ModelError, RunError):
             raise
         except Exception as error:
             raise RunError(_failure(place, error)) from None
-        finally:
-            sys.path.pop(0)
         return module
     if re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", place):
         sys.path.insert(0, str(Path.cwd()))

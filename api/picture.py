@@ -8,6 +8,7 @@ import numpy as np
 from signorini import report
 from signorini.codegen.model import Model
 from signorini.codegen.validate import freeze
+from signorini.runtime.files import write_whole
 from signorini.runtime.trajectory import Trajectory
 
 
@@ -82,5 +83,5 @@ def draw(
     else:
         axis.grid(alpha=0.25)
     axis.set_title(f"{model.doc or model.name}, t = {traj.t[0]:g} ... {traj.t[-1]:g} s")
-    fig.savefig(path, dpi=130)
+    write_whole(path, lambda file: fig.savefig(file, dpi=130))
     plt.close(fig)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from signorini.runtime.files import write_whole
 from signorini.runtime.trajectory import Trajectory
 
 
@@ -131,5 +132,5 @@ def plot(traj: Trajectory, path: Path) -> None:
         if 0 < len(handles) <= 14:
             axis.legend(fontsize=8)
     fig.suptitle(f"{m['model']}: {m['scheme']}, s = {m['stages']}")
-    fig.savefig(path, dpi=130)
+    write_whole(path, lambda file: fig.savefig(file, dpi=130))
     plt.close(fig)

@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from signorini.runtime.arguments import grid
+from signorini.runtime.arguments import grid, plain_number
 from signorini.runtime.errors import RunError
+from signorini.runtime.files import write_whole
 from signorini.runtime.stepper import Stepper
 from signorini.workflow import build_files
 
 _ADVICE = "install it with: pip install 'signorini[sweep]'"
-_FORMAT = 1
+_FORMAT = 2
+_MOST_VALUES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -64,23 +66,27 @@ def axis(text: str) -> Axis:
             raise ValueError
         parts = rest.split(":")
         if len(parts) == 3:
-            count = int(parts[2])
-            if count < 1:
+            first, last, count = (plain_number(x) for x in parts)
+            if first is None or last is None or count is None or not count.is_integer():
                 raise ValueError
-            ends = float(parts[0]), float(parts[1])
-            if not all(math.isfinite(x) for x in ends):
-                raise ValueError
-            values = np.linspace(*ends, count)
+            if not 1 <= count <= _MOST_VALUES:
+                raise RunError(
+                    f"--over {text}: {count:.3g} values; give from 1 to {_MOST_VALUES} of them"
+                )
+            values = np.linspace(first, last, int(count))
         elif len(parts) == 1:
-            values = np.array([float(x) for x in rest.split(",")])
+            numbers = [plain_number(x) for x in rest.split(",")]
+            if any(x is None for x in numbers):
+                raise ValueError
+            values = np.array(numbers, dtype=float)
         else:
             raise ValueError
-    except ValueError:
+    except ValueError as error:
+        if isinstance(error, RunError):
+            raise
         raise RunError(
             f"--over {text}: write name=first:last:count or name=value,value,..."
         ) from None
-    if not np.all(np.isfinite(values)):
-        raise RunError(f"--over {text}: give finite numbers")
     return Axis(name, tuple(float(x) for x in values))
 
 
@@ -124,12 +130,10 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
             q0[a.name] = column
         else:
             v0[a.name] = column
-    t0 = np.full(len(points), stepper.initial_state(None)[0])
     batch = stepper.simulate_batch(
         t_end=sweep.t_end,
         dt=sweep.dt,
         every=sweep.every,
-        t0=t0,
         q0=q0 or None,
         v0=v0 or None,
         parameters=parameters,
@@ -198,7 +202,7 @@ class Store:
         self.group = zarr.open_group(folder, mode="w")
         n, sizes = sweep.size, stepper.sizes
         _, steps = grid(stepper.initial_state(None)[0], sweep.t_end, sweep.dt)
-        rows = steps // min(sweep.every, steps + 1) + 1
+        rows = -(-steps // min(sweep.every, steps + 1)) + 1
         rows = min(rows, sweep.last) if sweep.last else rows
         shapes: dict[str, tuple[int, ...]] = {
             "t": (rows,),
@@ -329,10 +333,7 @@ def diagram(store: Store, array: str, column: int, name: str, path: Path) -> Non
     picture.set_xlabel(axes[0]["name"])
     picture.set_ylabel(name)
     picture.grid(alpha=0.3)
-    try:
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise RunError(f"cannot write the picture {path}: {error}") from None
+    write_whole(path, lambda file: figure.savefig(file, dpi=150))
 
 
 @contextlib.contextmanager

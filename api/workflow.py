@@ -9,6 +9,7 @@ from typing import Any
 from signorini.codegen import emit
 from signorini.codegen.errors import GenerationError
 from signorini.codegen.model import Model
+from signorini.codegen.names import HEADERS
 from signorini.codegen.spec import emit_spec
 from signorini.codegen.validate import freeze
 from signorini.runtime.compile import cache_folder
@@ -68,14 +69,22 @@ _build = build  # where an argument has the same name
 def build_files(files: dict[str, str]) -> Stepper:
     """Write the files of a generated folder into the cache, compile and load them."""
     folder = cache_folder(files)
-    if not (folder / "manifest.json").is_file():
+    if not _is_there(files, folder):
         try:
             emit.write(files, folder)
         except GenerationError:
             # Another process may have written the same content in the meantime.
-            if not (folder / "manifest.json").is_file():
+            if not _is_there(files, folder):
                 raise
     return load(folder)
+
+
+def _is_there(files: dict[str, str], folder: Path) -> bool:
+    """Whether the folder in the cache holds these files, undamaged."""
+    try:
+        return all((folder / name).read_bytes() == text.encode() for name, text in files.items())
+    except OSError:
+        return False
 
 
 def generate(
@@ -203,13 +212,21 @@ def drift(
     lines: list[str] = []
     for name, text in files.items():
         path = target / name
-        old = path.read_text(encoding="utf-8") if path.is_file() else ""
-        lines += difflib.unified_diff(
-            old.splitlines(keepends=True),
-            text.splitlines(keepends=True),
-            f"{target / name}",
-            f"{name} generated now",
+        old = path.read_bytes() if path.is_file() else b""
+        if old == text.encode():
+            continue
+        difference = list(
+            difflib.unified_diff(
+                old.decode("utf-8", "backslashreplace").splitlines(keepends=True),
+                text.splitlines(keepends=True),
+                f"{target / name}",
+                f"{name} generated now",
+            )
         )
+        lines += difference or [f"{target / name} differs in bytes that do not show as text\n"]
+    for path in sorted(target.glob("*.h")):
+        if path.stem in HEADERS:
+            lines.append(f"{path} hides a header of the C library and was not generated\n")
     return "".join(lines)
 
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from signorini.codegen.errors import GenerationError
 from signorini.codegen.graph import LOGICAL, Graph, Node
 
 _WIDTH = 96  # columns after which a statement is broken or a temporary made
@@ -26,6 +27,11 @@ class Precision:
         if self.literal:
             import numpy as np
 
+            if abs(value) > np.finfo(np.float32).max:
+                raise GenerationError(
+                    f"the number {value:g} in an expression is beyond what single precision holds: "
+                    "scale the model's units, or generate in double precision"
+                )
             text = str(np.float32(value))
         if "e" in text:
             mantissa, exponent = text.split("e")

@@ -6,7 +6,6 @@ import shutil
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import jinja2
 from signorini.codegen.errors import GenerationError
@@ -16,6 +15,7 @@ from signorini.codegen.spec import EmitSpec, manifest
 TEMPLATES = {
     "{prefix}.h": "stepper.h.jinja",
     "{prefix}.c": "stepper.c.jinja",
+    "{prefix}_unity.h": "unity.h.jinja",
     "example.c": "example.c.jinja",
     "Makefile": "Makefile.jinja",
     "CMakeLists.txt": "CMakeLists.txt.jinja",
@@ -23,6 +23,11 @@ TEMPLATES = {
 }
 RUNTIME_BEGIN = "/* ==== runtime, the same for every model ==== begin ==== */"
 RUNTIME_END = "/* ==== runtime, the same for every model ==== end ==== */"
+TABLES_BEGIN = "/* ==== tables of this model ==== begin ==== */"
+TABLES_END = "/* ==== tables of this model ==== end ==== */"
+# Every generated text says so near its top, by the name of this package.
+_MARK = "signorini"
+_MARKED = 600  # characters
 
 
 @cache
@@ -51,7 +56,13 @@ def render(spec: EmitSpec) -> dict[str, str]:
     files = {
         name.format(prefix=spec.prefix): _environment()
         .get_template(template)
-        .render(spec=spec, runtime_begin=RUNTIME_BEGIN, runtime_end=RUNTIME_END)
+        .render(
+            spec=spec,
+            runtime_begin=RUNTIME_BEGIN,
+            runtime_end=RUNTIME_END,
+            tables_begin=TABLES_BEGIN,
+            tables_end=TABLES_END,
+        )
         for name, template in TEMPLATES.items()
     }
     files["manifest.json"] = json.dumps(manifest(spec), indent=1, ensure_ascii=True) + "\n"
@@ -59,12 +70,16 @@ def render(spec: EmitSpec) -> dict[str, str]:
 
 
 def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
-    """Write the files into `out_dir`, replacing an earlier generation, all or nothing.
+    """Write the files into `out_dir`, replacing an earlier generation as a whole.
+
+    The new folder is made beside the old one, gets what else stands in that, and takes its place in
+    one step where the system can do that; elsewhere the manifest, without which a folder is not
+    loaded, is written last. A run that was killed leaves nothing that the next one does not remove.
 
     Raises
     ------
     GenerationError
-        If the folder holds other things than generated files, or cannot be written.
+        If the folder holds files of these names that no generator wrote, or cannot be written.
     """
     if not isinstance(out_dir, (str, os.PathLike)) or "\0" in os.fspath(out_dir):
         raise GenerationError(f"out_dir = {out_dir!r}: give a folder")
@@ -72,21 +87,20 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
     _check_target(target, files)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        staging = Path(tempfile.mkdtemp(prefix=".signorini-", dir=target.parent))
+        _remove_left_over(target.parent)
+        staging = Path(tempfile.mkdtemp(prefix=f"{_STAGING}{os.getpid()}-", dir=target.parent))
     except OSError as error:
         raise GenerationError(f"cannot write to {target}: {error.strerror}") from None
     try:
         for name, text in files.items():
             (staging / name).write_bytes(text.encode("utf-8"))
         staging.chmod(0o755)
-        if target.exists():
-            old = _old_files(target)
-            for name in files:
-                os.replace(staging / name, target / name)
-            for name in old - set(files):
-                (target / name).unlink()
+        if not target.exists():
+            staging.replace(target)
         else:
-            os.replace(staging, target)
+            _keep_others(target, staging, set(files))
+            if not _exchange(staging, target):
+                _replace_one_by_one(staging, target, files)
     except OSError as error:
         raise GenerationError(f"cannot write to {target}: {error.strerror}") from None
     finally:
@@ -94,15 +108,80 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
     return target
 
 
-def _old_files(target: Path) -> set[str]:
-    """Names that an earlier generation wrote into the folder."""
+_STAGING = ".signorini-"
+
+
+def _remove_left_over(parent: Path) -> None:
+    """Remove folders of runs that were killed: the process in their name is gone."""
+    for path in parent.glob(f"{_STAGING}*-*"):
+        number = path.name.removeprefix(_STAGING).partition("-")[0]
+        if number.isdigit() and path.is_dir() and not path.is_symlink():
+            try:
+                os.kill(int(number), 0)
+            except ProcessLookupError:
+                shutil.rmtree(path, ignore_errors=True)
+            except OSError:
+                continue
+
+
+def _keep_others(target: Path, staging: Path, names: set[str]) -> None:
+    """Link or copy what a user has in the folder into the new one."""
+    old = _old_files(target)
+
+    def link(one: str, other: str) -> None:
+        try:
+            os.link(one, other, follow_symlinks=False)
+        except OSError:
+            shutil.copy2(one, other, follow_symlinks=False)
+
+    for path in target.iterdir():
+        if path.name in names or path.name in old:
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.copytree(path, staging / path.name, symlinks=True, copy_function=link)
+        else:
+            link(str(path), str(staging / path.name))
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Let two folders change places in one step; false where the system cannot."""
+    import ctypes
+
     try:
-        old: dict[str, Any] = json.loads((target / "manifest.json").read_text(encoding="utf-8"))
-        prefix = old["prefix"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
-    names = {name.format(prefix=prefix) for name in TEMPLATES} | {"manifest.json"}
-    return {name for name in names if (target / name).is_file()}
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError, TypeError):
+        return False
+    here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    done: int = rename(here, os.fsencode(one), here, os.fsencode(other), exchange)
+    return done == 0
+
+
+def _replace_one_by_one(staging: Path, target: Path, files: dict[str, str]) -> None:
+    old = _old_files(target)
+    (target / "manifest.json").unlink(missing_ok=True)
+    for name in sorted(files, key=lambda name: name == "manifest.json"):
+        (staging / name).replace(target / name)
+    for name in old - set(files):
+        (target / name).unlink(missing_ok=True)
+
+
+def _old_files(target: Path) -> set[str]:
+    """Names that an earlier generation wrote into the folder: they say so themselves."""
+    names = {"manifest.json", *(name for name in TEMPLATES if "{" not in name)}
+    for ending in (name.removeprefix("{prefix}") for name in TEMPLATES if "{" in name):
+        names |= {path.name for path in target.glob(f"*{ending}")}
+    return {name for name in names if _is_generated(target / name)}
+
+
+def _is_generated(path: Path) -> bool:
+    """Whether a file is a plain file that says that this package made it."""
+    if path.is_symlink() or not path.is_file():
+        return False
+    try:
+        with path.open(encoding="utf-8", errors="replace") as stream:
+            return _MARK in stream.read(_MARKED)
+    except OSError:
+        return False
 
 
 def _check_target(target: Path, files: dict[str, str]) -> None:
@@ -110,8 +189,9 @@ def _check_target(target: Path, files: dict[str, str]) -> None:
         raise GenerationError(f"{target} is a file: give a folder")
     if not target.is_dir() or not any(target.iterdir()):
         return
-    old = _old_files(target)
-    clash = sorted(name for name in files if (target / name).exists() and name not in old)
+    clash = sorted(
+        name for name in files if (target / name).exists() and not _is_generated(target / name)
+    )
     if clash:
         raise GenerationError(
             f"{target} holds {', '.join(clash)} that this generator did not write: "

@@ -26,7 +26,28 @@ C_MACROS = frozenset(
     va_start va_end va_arg setjmp unix linux M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2
     M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 M_SQRT1_2""".split()
 )
-_MACRO_FAMILIES = re.compile(r"(DBL|FLT|LDBL|FP|MATH|SG|sg)_|SG\Z|_")
+# Macros of complex.h, of the Arduino core and of windows.h.
+MACROS_ELSEWHERE = frozenset(
+    """I complex imaginary PI HALF_PI TWO_PI DEG_TO_RAD RAD_TO_DEG EULER HIGH LOW INPUT OUTPUT
+    INPUT_PULLUP SERIAL DISPLAY LSBFIRST MSBFIRST CHANGE FALLING RISING DEFAULT EXTERNAL INTERNAL
+    F_CPU LED_BUILTIN constrain radians degrees sq bit lowByte highByte bitRead bitSet bitClear
+    noInterrupts interrupts near far small min max IN OUT OPTIONAL TRUE FALSE ERROR CONST VOID
+    CALLBACK WINAPI DELETE interface NEAR FAR""".split()
+)
+_MACRO_FAMILIES = re.compile(r"(DBL|FLT|LDBL|FP|MATH|SG|sg)_|SG\Z|_|B[01]{1,8}\Z")
+# Headers of the C library: a file of that name beside the sources hides them.
+HEADERS = frozenset(
+    """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal
+    stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads
+    time uchar wchar wctype features unistd pthread malloc alloca memory strings endian byteswap
+    sched sys types""".split()
+)
+# Files of a generated folder, and targets that make and CMake know.
+FILES = frozenset({"example", "Makefile", "README", "CMakeLists", "manifest"})
+TARGETS = frozenset(
+    """all clean test help install package package_source edit_cache rebuild_cache
+    list_install_components ALL_BUILD ZERO_CHECK RUN_TESTS INSTALL PACKAGE""".split()
+)
 # libm functions the generated code may call: a quantity of that name would hide the function.
 LIBM = frozenset(
     """sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp expm1 log log1p log10
@@ -60,6 +81,7 @@ def check_identifier(model: str, what: str, name: object, symbol: bool = True) -
         (CPP_KEYWORDS, "a keyword of C++"),
         (C_MACROS, "a macro of the C library"),
         (LIBM | LIBM_F, "a function of the C mathematics library"),
+        (MACROS_ELSEWHERE, "a macro of complex.h, of the Arduino core or of windows.h"),
     ):
         if name in taken:
             raise ModelError(model, what, f"{name!r} is {kind}", "Choose another name")

@@ -14,7 +14,7 @@ from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
 from signorini.codegen.derive import Derivation
 from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
-from signorini.codegen.errors import GenerationError
+from signorini.codegen.errors import GenerationError, ModelError
 from signorini.codegen.footprint import (
     DIRECTIONS,
     Footprint,
@@ -38,6 +38,7 @@ from signorini.codegen.layout import (
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
 from signorini.codegen.moreau import moreau_scheme
+from signorini.codegen.names import FILES, HEADERS, TARGETS
 from signorini.codegen.scheme import Assembly, Call, Inertia, Jacobian, Problem, Scheme
 from signorini.version import __version__
 
@@ -48,6 +49,7 @@ RUNTIME_FILES = (
     "sg_sparse.c",
     "sg_prox.c",
     "sg_types.h",
+    "sg_calls.h",
     "sg_scale.c",
     "sg_smooth.c",
     "sg_newton.c",
@@ -59,6 +61,13 @@ RUNTIME_FILES = (
     "sg_step.c",
     "sg_simulate.c",
     "sg_stable.c",
+)
+
+_TYPES = RUNTIME_FILES.index("sg_types.h") + 1  # the model's tables stand behind these
+_TEMPLATE_MACROS = (
+    *("SG", "SG_K", "SG_FLOAT", "SG_NQ", "SG_NU", "SG_NG", "SG_NGAMMA", "SG_NN", "SG_NF", "SG_NC"),
+    *("SG_NK", "SG_NB", "SG_SPATIAL", "SG_DIRECTIONS", "SG_STAGES", "SG_NX_TOTAL", "SG_NL_TOTAL"),
+    *("SG_PROBLEMS", "SG_TERMS", "SG_KEY", "SG_STABLE", "SG_STABLE_PHASE", "SG_MOBILITY"),
 )
 
 # Public model functions and their arguments; those without entries are left out.
@@ -188,6 +197,7 @@ class EmitSpec:
     problems: tuple[ProblemSpec, ...]
     finish: CFunction
     record: CFunction
+    types: str
     runtime: str
     runtime_hash: str
     model_hash: str
@@ -199,6 +209,15 @@ class EmitSpec:
     def slips(self) -> tuple[tuple[int, int], ...]:
         """Contact and component of every slip row."""
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
+    def own_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Macros, and other names, that every generated C file has; for two in one unit."""
+        text = self.types + self.runtime
+        macros = set(re.findall(r"#define (\w+)", text)) | set(_TEMPLATE_MACROS)
+        words = set(re.findall(r"\b(?:sg|SG)_\w+", re.sub(r"/\*.*?\*/", " ", text, flags=re.S)))
+        words |= {"sg_table", "sg_index", "real"}
+        return tuple(sorted(macros)), tuple(sorted(words - macros))
 
     @property
     def contact_states(self) -> tuple[str, ...]:
@@ -289,11 +308,11 @@ class EmitSpec:
         return hashlib.sha256(json.dumps(_manifest(self), sort_keys=True).encode()).hexdigest()
 
 
-def runtime_source() -> str:
+def runtime_source(names: tuple[str, ...] = RUNTIME_FILES) -> str:
     """The plain C files of the runtime, in the order in which they stand in the output."""
     folder = resources.files("signorini.runtime") / "c"
     parts = []
-    for name in RUNTIME_FILES:
+    for name in names:
         text = (folder / name).read_text(encoding="utf-8")
         parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text.rstrip()}\n")
     return "\n".join(parts)
@@ -346,19 +365,37 @@ def emit_spec(
             f"prefix {prefix!r} would collide: names starting with sg_, ending in _ or holding __ "
             "are taken"
         )
-    taken = {f"{prefix}_{name}".upper() for name in ("N_Q", "N_U", "N_G", "N_GAMMA", "N_N", "N_F")}
-    taken |= {f"{prefix}_{name}".upper() for name in ("N_R", "N_STAGES", "N_OUTPUTS")}
-    taken |= {f"{prefix.upper()}_{name}" for name, _ in STATUSES}
+    for names, what in (
+        (HEADERS, "a header of the C library"),
+        (FILES, "a file of the generated folder"),
+        (TARGETS, "a target of make or CMake"),
+    ):
+        if prefix in names:
+            raise GenerationError(
+                f"prefix {prefix!r} is the name of {what}: give the model another name, or a prefix"
+            )
     for name in (
         *data.coordinates,
         *data.velocities,
         *data.inputs,
         *(p.name for p in data.parameters),
     ):
-        if name in taken:
-            raise GenerationError(
-                f"the name '{name}' is a macro of the generated header: rename it or give a prefix"
+        if name.startswith(f"{prefix.upper()}_"):
+            raise ModelError(
+                data.name,
+                f"the name '{name}'",
+                f"begins like the macros of the generated header, {prefix.upper()}_...",
+                "Choose another name, or give another prefix",
             )
+    if precision == "float":
+        for p in data.parameters:
+            if abs(p.default) > np.finfo(np.float32).max:
+                raise ModelError(
+                    data.name,
+                    f"parameter '{p.name}'",
+                    f"is {p.default:g}, which single precision does not hold",
+                    "Scale the model's units, or generate in double precision",
+                )
     form = _velocity_constraints(data, scheme, velocity_constraints)
     d = Derivation(data)
     make = full_order_scheme if form == "full_order" else SCHEMES[scheme]
@@ -494,7 +531,8 @@ class _Builder:
             problems=problems,
             finish=finish,
             record=record,
-            runtime=runtime,
+            types=runtime_source(RUNTIME_FILES[:_TYPES]),
+            runtime=runtime_source(RUNTIME_FILES[_TYPES:]),
             runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
             model_hash=_model_hash(functions, data),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),

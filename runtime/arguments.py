@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import warnings
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,17 @@ def number(what: str, value: Any) -> float:
     return result
 
 
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
+
+
+def plain_number(text: str) -> float | None:
+    """A finite decimal number as people write it, or None: no underscores, no other digits."""
+    if not _DECIMAL.match(text):
+        return None
+    value = float(text)
+    return value if math.isfinite(value) else None
+
+
 def shaped(what: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
     """`value` as a finite array of the given shape; `RunError` names `what` otherwise."""
     array = reals(what, value)
@@ -41,6 +53,11 @@ def grid(t0: float, t_end: float, dt: float) -> tuple[float, int]:
     if t_end < t0:
         raise RunError(f"t_end = {t_end:g} lies before the start t0 = {t0:g}")
     exact = (t_end - t0) / dt
+    if 0 < exact < 1 - 1e-9:
+        raise RunError(
+            f"dt = {dt:g} is larger than the time from t0 = {t0:g} to t_end = {t_end:g}: "
+            "give a smaller step or a later end"
+        )
     if exact > 2**31 - 2:
         raise RunError(f"dt = {dt:g} makes {exact:.3g} steps: at most {2**31 - 2} are possible")
     nearest = round(exact)

@@ -17,7 +17,10 @@ typedef struct {
     const SG(options) * options;
     SG(real) * t, *q, *v, *P, *residual, *smallest_gap, *energy;
     int *counts, *contact, *status, *done;
+    const volatile int *stop; /* the caller sets it to end the batch */
 } SG(batch);
+
+enum { SG_STRIDE = 256 }; /* steps between two looks at the caller's wish to stop */
 
 typedef struct {
     const SG(batch) * batch;
@@ -49,8 +52,29 @@ static void run_one(const SG(batch) * b, int k, SG(work) * work) {
                             &b->v0[(long)k * b->n_q]);
     if (b->status[k] == 0) {
         const SG(real) *u = b->n_u > 0 ? &b->u[(long)k * b->n_u_rows * b->n_u] : NULL;
-        b->status[k] = SG(simulate)(&state, work, &info, &b->params[k], b->options, u, b->h,
-                                    b->n_steps, b->every, &record, &b->done[k]);
+        SG(record) at = record;
+        while (b->done[k] < b->n_steps && b->status[k] == 0 && !*b->stop) {
+            const int left = b->n_steps - b->done[k];
+            const int row = b->done[k] / b->every;
+            int taken = 0;
+            at.t = &record.t[row];
+            at.q = &record.q[(long)row * b->n_q];
+            at.v = &record.v[(long)row * b->n_q];
+            at.P = record.P != NULL ? &record.P[(long)row * b->n_R] : NULL;
+            at.residual = &record.residual[row];
+            at.smallest_gap = &record.smallest_gap[row];
+            at.energy = &record.energy[2L * row];
+            at.counts = &record.counts[7L * row];
+            at.contact = record.contact != NULL ? &record.contact[(long)row * b->n_contacts] : NULL;
+            at.begun = b->done[k] % b->every;
+            b->status[k] =
+                SG(simulate)(&state, work, &info, &b->params[k], b->options,
+                             u != NULL && b->n_u_rows > 0 ? &u[(long)b->done[k] * b->n_u]
+                             : u != NULL                  ? &b->u[(long)b->done[k] * b->n_u]
+                                                          : NULL,
+                             b->h, left < SG_STRIDE ? left : SG_STRIDE, b->every, &at, &taken);
+            b->done[k] += taken;
+        }
     }
 }
 
@@ -60,7 +84,7 @@ static void *work_off(void *argument) {
     for (;;) {
         int k;
         pthread_mutex_lock(me->lock);
-        k = work != NULL ? (*me->next)++ : me->batch->n_runs;
+        k = work != NULL && !*me->batch->stop ? (*me->next)++ : me->batch->n_runs;
         pthread_mutex_unlock(me->lock);
         if (k >= me->batch->n_runs) {
             break;

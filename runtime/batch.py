@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -26,7 +27,8 @@ _BLOCK = 64  # runs of each thread between two calls of a progress function
 class Batch:
     """Recorded steps of n runs. Row k of a run belongs to ``t[i, k]``, row 0 to its start.
 
-    Rows that a run did not reach hold NaN, their counts -1.
+    Rows that a run did not reach hold NaN, their counts -1. An interruption raises
+    `KeyboardInterrupt` with the batch so far in its attribute ``batch``.
 
     Attributes
     ----------
@@ -182,6 +184,7 @@ def run_batch(
     result["smallest_gap"][:, 0] = np.inf
     per_run = sum(a[0].nbytes for a in result.values())
     status, done = np.zeros(n, np.intc), np.zeros(n, np.intc)
+    interrupted = False
     options_c = stepper._options(**options)
     used = lib.array(u)
     block = n if progress is None else _BLOCK * threads
@@ -201,7 +204,11 @@ def run_batch(
         batch.h, batch.options = h, ctypes.pointer(options_c)
         for name, array in arrays.items():
             setattr(batch, name, array.ctypes.data_as(ctypes.c_void_p))
-        taken = lib.run_batch(ctypes.byref(batch), int(threads))
+        stop = ctypes.c_int(0)
+        batch.stop = ctypes.cast(ctypes.byref(stop), ctypes.c_void_p)
+        taken, interrupted = _drive(lib, batch, int(threads), stop)
+        if interrupted:
+            break
         if taken < batch.n_runs:
             raise RunError(
                 f"model '{stepper.name}': memory is short, {taken} of {batch.n_runs} runs done"
@@ -215,7 +222,7 @@ def run_batch(
         result["energy"][k, 0] = stepper.evaluate("energy", *at, parameters=values)
     gaps: np.ndarray = result["smallest_gap"]
     gaps[gaps >= lib.largest] = np.inf
-    return Batch(
+    made = Batch(
         stepper,
         **{
             _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(float, copy=False)
@@ -231,6 +238,37 @@ def run_batch(
         bytes_per_run=per_run,
         bytes_per_thread=ctypes.sizeof(lib.structs["work"]),
     )
+    if interrupted:
+        error = KeyboardInterrupt(
+            "the batch was interrupted; what was done is in its attribute batch"
+        )
+        error.batch = made  # type: ignore[attr-defined]
+        raise error
+    return made
+
+
+def _drive(lib: "Library", batch: Any, threads: int, stop: Any) -> tuple[int, bool]:
+    """Run the batch in C, in a thread of its own so that an interruption is heard.
+
+    Returns
+    -------
+    tuple
+        Runs taken up, and whether Ctrl-C ended them early.
+    """
+    found: list[int] = []
+
+    def work() -> None:
+        found.append(lib.run_batch(ctypes.byref(batch), threads))
+
+    driver = threading.Thread(target=work)
+    driver.start()
+    interrupted = False
+    while driver.is_alive():
+        try:
+            driver.join()
+        except KeyboardInterrupt:
+            stop.value, interrupted = 1, True
+    return found[0], interrupted
 
 
 class _Count:
@@ -344,7 +382,7 @@ def _struct(lib: "Library") -> Any:
         pointers = ("t0", "q0", "v0", "u", "params")
         results = (
             *("t", "q", "v", "P", "residual", "smallest_gap", "energy"),
-            *("counts", "contact", "status", "done"),
+            *("counts", "contact", "status", "done", "stop"),
         )
         lib.batch_struct = type(
             "batch",

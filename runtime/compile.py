@@ -1,12 +1,16 @@
 """The C compiler: found, run, its results cached by content."""
 
+import contextlib
 import hashlib
 import os
+import platform
 import re
 import shlex
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from platformdirs import user_cache_dir
@@ -31,12 +35,11 @@ def find_compiler() -> list[str]:
     CompilerError
         With advice, if there is none.
     """
-    chosen = os.environ.get("CC", "").strip()
-    if chosen:
-        command = shlex.split(chosen)
+    command = _words("CC")
+    if command:
         if shutil.which(command[0]) is None:
             raise CompilerError(
-                f"the compiler CC={chosen!r} is not on the PATH: install it or unset CC"
+                f"the compiler CC={' '.join(command)!r} is not on the PATH: install it or unset CC"
             )
         return command
     for name in ("cc", "gcc", "clang"):
@@ -62,8 +65,11 @@ def cache_folder(files: dict[str, str]) -> Path:
     return cache_root() / "generated" / digest.hexdigest()[:32]
 
 
-# What the loader sets itself, or checks in the text: it may differ between equal libraries.
-_DEFAULTS = re.compile(rb'par\.\w+ = [^;]+;|meta\.(model|manifest)_hash = "\w+";|sha256 \w+')
+# What the loader sets itself, or checks in the text: it may differ between equal libraries. Only
+# numbers count as defaults, so that nothing else hides behind one.
+_DEFAULTS = re.compile(
+    rb'par\.\w+ = -?[0-9][0-9.eE+-]*F?;|meta\.(model|manifest)_hash = "\w+";|sha256 \w+'
+)
 
 
 def _without_defaults(text: bytes) -> bytes:
@@ -71,11 +77,12 @@ def _without_defaults(text: bytes) -> bytes:
     return _DEFAULTS.sub(b"", text)
 
 
-def compile_library(source: Path, prefix: str) -> Path:
+def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     """Compile a generated C file into a shared library and return its path.
 
     Files that differ only in defaults of parameters share a library: it is called with all
-    parameters given.
+    parameters given. What is compiled is a copy of the file and its header in a folder of its own:
+    nothing else that lies beside them can take part.
 
     Parameters
     ----------
@@ -83,19 +90,22 @@ def compile_library(source: Path, prefix: str) -> Path:
         The ``.c`` file; its header stands beside it.
     prefix : str
         Prefix of its names.
+    again : bool
+        Compile even if the cache has a library.
 
     Raises
     ------
     CompilerError
         If there is no compiler, or with its messages if it fails.
     """
-    text = source.read_bytes()
+    text, heading = source.read_bytes(), source.with_suffix(".h").read_bytes()
     lines = text.count(b"\n")
     level = next(level for least, level in _LEVELS if lines >= least)
-    header = source.with_suffix(".h")
-    parts = (_without_defaults(text), _without_defaults(header.read_bytes()), _BATCH.read_bytes())
-    heading = (f"-DSIGNORINI_PREFIX={prefix}", "-include", header.name, "-I.")
-    return _shared(source, parts, (level, *FLAGS), heading, (str(_BATCH), "-lm"))
+    files = {source.name: text, f"{source.stem}.h": heading, _BATCH.name: _BATCH.read_bytes()}
+    parts = (_without_defaults(text), _without_defaults(heading), files[_BATCH.name])
+    before = (f"-DSIGNORINI_PREFIX={prefix}", "-include", f"{source.stem}.h", "-I.")
+    sources = (source.name, _BATCH.name)
+    return _shared(source.stem, files, parts, (level, *FLAGS), before, sources, again)
 
 
 def compile_plain(source: Path) -> Path:
@@ -106,47 +116,127 @@ def compile_plain(source: Path) -> Path:
     CompilerError
         If there is no compiler, or with its messages if it fails.
     """
-    return _shared(source, (source.read_bytes(),), ("-O2", *FLAGS), (), ("-lm",))
+    text = source.read_bytes()
+    files = {source.name: text}
+    return _shared(source.stem, files, (text,), ("-O2", *FLAGS), (), (source.name,), False)
 
 
 def _shared(
-    source: Path,
+    name: str,
+    files: dict[str, bytes],
     parts: tuple[bytes, ...],
     flags: tuple[str, ...],
     before: tuple[str, ...],
-    after: tuple[str, ...],
+    sources: tuple[str, ...],
+    again: bool,
 ) -> Path:
-    """Compile to a library in the cache, named by what goes into it."""
+    """Compile to a library in the cache, named by what goes into it.
+
+    Beside it stands the hash of its bytes: a damaged library is compiled anew.
+    """
     command = find_compiler()
-    flags = (*flags, *shlex.split(os.environ.get("SIGNORINI_CFLAGS", "")))
+    flags = (*flags, *_words("SIGNORINI_CFLAGS"))
     digest = hashlib.sha256()
-    for part in (*parts, repr([*command, *flags]).encode()):
-        digest.update(part)
-    target = cache_root() / "compiled" / f"{source.stem}-{digest.hexdigest()[:32]}.so"
-    if target.is_file():
+    machine = (platform.system(), platform.machine(), *platform.libc_ver())
+    for part in (*parts, repr([*command, *flags, _version(tuple(command)), *machine]).encode()):
+        digest.update(len(part).to_bytes(8, "big") + part)
+    target = cache_root() / "compiled" / f"{name}-{digest.hexdigest()[:32]}.so"
+    if not again and _is_whole(target):
         return target
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(suffix=".so", dir=target.parent)
     except OSError as error:
         raise CompilerError(
             f"cannot write to the cache {target.parent} ({error.strerror}): "
             "set SIGNORINI_CACHE to a writable folder"
         ) from None
-    os.close(handle)
+    with _locked(target.with_suffix(".lock")):
+        # another process may have made it meanwhile
+        if again or not _is_whole(target):
+            _compile(command, (*flags, *before), files, sources, target)
+    return target
+
+
+def _compile(
+    command: list[str],
+    flags: tuple[str, ...],
+    files: dict[str, bytes],
+    sources: tuple[str, ...],
+    target: Path,
+) -> None:
     try:
+        folder = Path(tempfile.mkdtemp(dir=target.parent))
+    except OSError as error:
+        raise CompilerError(
+            f"cannot write to the cache {target.parent} ({error.strerror}): "
+            "set SIGNORINI_CACHE to a writable folder"
+        ) from None
+    try:
+        for file, content in files.items():
+            (folder / file).write_bytes(content)
+        made = folder / "made.so"
         result = subprocess.run(
-            [*command, *flags, *before, "-o", name, source.name, *after],
-            cwd=source.parent,
+            [*command, *flags, "-o", made.name, *sources, "-lm"],
+            cwd=folder,
             capture_output=True,
             text=True,
             check=False,
         )
         if result.returncode != 0:
             raise CompilerError(
-                f"{' '.join(command)} failed on {source.name}:\n{result.stderr.strip()[:4000]}"
+                f"{' '.join(command)} failed on {sources[0]}:\n{result.stderr.strip()[:4000]}"
             )
-        Path(name).replace(target)
+        digest = hashlib.sha256(made.read_bytes()).hexdigest()
+        made.replace(target)
+        target.with_suffix(".sha256").write_text(digest, encoding="ascii")
+    except OSError as error:
+        raise CompilerError(f"cannot write {target}: {error.strerror or error}") from None
     finally:
-        Path(name).unlink(missing_ok=True)
-    return target
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _is_whole(library: Path) -> bool:
+    """Whether a library in the cache has the bytes that were compiled."""
+    try:
+        said = library.with_suffix(".sha256").read_text(encoding="ascii")
+        return hashlib.sha256(library.read_bytes()).hexdigest() == said
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Wait until no other process compiles the same library, where the system has file locks."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with contextlib.ExitStack() as stack:
+        try:
+            stream = stack.enter_context(path.open("w"))
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        except OSError:
+            pass  # a file system without locks: two processes may compile the same
+        yield
+
+
+@cache
+def _version(command: tuple[str, ...]) -> str:
+    """What the compiler says of itself."""
+    try:
+        result = subprocess.run(
+            [*command, "--version"], capture_output=True, text=True, check=False, timeout=60
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return result.stdout
+
+
+def _words(variable: str) -> list[str]:
+    """An environment variable split as a shell splits words."""
+    text = os.environ.get(variable, "").strip()
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise CompilerError(f"{variable}={text!r} cannot be read: {error}") from None

@@ -25,6 +25,24 @@ class Library:
     """
 
     def __init__(self, folder: Path) -> None:
+        try:
+            self._read(folder)
+        except (
+            KeyError,
+            TypeError,
+            ValueError,
+            AttributeError,
+            IndexError,
+            RecursionError,
+        ) as error:
+            if isinstance(error, RunError):
+                raise
+            raise RunError(
+                f"{folder / 'manifest.json'} is damaged ({type(error).__name__}: {error}): "
+                "generate it again"
+            ) from None
+
+    def _read(self, folder: Path) -> None:
         self.folder = folder
         self.manifest = read_manifest(folder)
         m = self.manifest
@@ -40,7 +58,11 @@ class Library:
         source = folder / f"{self.prefix}.c"
         if not source.is_file() or not source.with_suffix(".h").is_file():
             raise RunError(f"{folder} lacks {source.name} or its header: generate it again")
-        self.dll = ctypes.CDLL(str(compile_library(source, self.prefix)))
+        try:
+            self.dll = ctypes.CDLL(str(compile_library(source, self.prefix)))
+        except OSError:
+            # a library of another machine, or one that another program wrote
+            self.dll = ctypes.CDLL(str(compile_library(source, self.prefix, again=True)))
         self.batch_struct: Any = None
         self._declare()
         self._verify()
@@ -172,7 +194,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
             f"{folder} is no generated folder: it has no manifest.json. Write one with "
             "'signorini generate MODEL --out DIR'"
         ) from None
-    except (OSError, UnicodeDecodeError, ValueError) as error:
+    except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
         raise RunError(f"{path} cannot be read ({error}): generate it again") from None
     needed = (
         *("model", "prefix", "scheme", "stages", "precision", "sizes", "coordinates"),
@@ -184,6 +206,6 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         raise RunError(f"{path} lacks {', '.join(missing)}: generate it again")
     if not re.fullmatch(r"[A-Za-z]\w*", str(manifest["prefix"]), re.ASCII):
         raise RunError(f"{path} has the prefix {manifest['prefix']!r}: generate it again")
-    if manifest["precision"] not in _REAL:
+    if not isinstance(manifest["precision"], str) or manifest["precision"] not in _REAL:
         raise RunError(f"{path} has the precision {manifest['precision']!r}: generate it again")
     return manifest

@@ -10,7 +10,7 @@ import subprocess
 from collections import defaultdict
 from pathlib import Path
 
-from signorini.codegen.emit import RUNTIME_END
+from signorini.codegen.emit import RUNTIME_END, TABLES_BEGIN
 
 MARKER = re.compile(r"^/\* ---- (sg_\w+\.[ch]) -+ \*/\n\n", re.MULTILINE)
 REPORT = Path(__file__).resolve().parent.parent / "build" / "branches.txt"
@@ -21,8 +21,9 @@ Branches = dict[tuple[str, int, int], list[int]]
 def with_lines(source: str) -> str:
     """The stepper's text with every runtime file attributed to itself."""
     text = MARKER.sub(lambda m: f'{m[0]}#line 1 "{m[1]}"\n', source)
-    end = text.index(RUNTIME_END)
-    return text[:end] + '#line 1 "generated.c"\n' + text[end:]
+    for mark in (TABLES_BEGIN, RUNTIME_END):
+        text = text.replace(mark, f'#line 1 "generated.c"\n{mark}')
+    return text
 
 
 def collect(folder: Path, found: Branches) -> None:

@@ -99,7 +99,7 @@ def test_generate_builds_and_runs(folder: Path) -> None:
     target = folder / "bouncing_ball_c"
     assert {p.name for p in target.iterdir()} == {
         *("bouncing_ball.c", "bouncing_ball.h", "example.c", "Makefile", "CMakeLists.txt"),
-        *("README.md", "manifest.json"),
+        *("README.md", "manifest.json", "bouncing_ball_unity.h"),
     }
     subprocess.run(["make", "-C", str(target)], check=True, capture_output=True)
     table = subprocess.run(
