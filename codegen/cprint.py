@@ -27,7 +27,7 @@ class Precision:
         if self.literal:
             import numpy as np
 
-            if abs(value) > np.finfo(np.float32).max:
+            if abs(value) > float(np.finfo(np.float32).max):
                 raise GenerationError(
                     f"the number {value:g} in an expression is beyond what single precision holds: "
                     "scale the model's units, or generate in double precision"

@@ -42,12 +42,8 @@ HEADERS = frozenset(
     time uchar wchar wctype features unistd pthread malloc alloca memory strings endian byteswap
     sched sys types""".split()
 )
-# Files of a generated folder, and targets that make and CMake know.
+# Files of a generated folder that do not carry the prefix.
 FILES = frozenset({"example", "Makefile", "README", "CMakeLists", "manifest"})
-TARGETS = frozenset(
-    """all clean test help install package package_source edit_cache rebuild_cache
-    list_install_components ALL_BUILD ZERO_CHECK RUN_TESTS INSTALL PACKAGE""".split()
-)
 # libm functions the generated code may call: a quantity of that name would hide the function.
 LIBM = frozenset(
     """sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp expm1 log log1p log10

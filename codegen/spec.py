@@ -38,7 +38,7 @@ from signorini.codegen.layout import (
 from signorini.codegen.lobatto import lobatto_scheme
 from signorini.codegen.model_data import ModelData, Parameter
 from signorini.codegen.moreau import moreau_scheme
-from signorini.codegen.names import FILES, HEADERS, TARGETS
+from signorini.codegen.names import FILES, HEADERS
 from signorini.codegen.scheme import Assembly, Call, Inertia, Jacobian, Problem, Scheme
 from signorini.version import __version__
 
@@ -368,7 +368,6 @@ def emit_spec(
     for names, what in (
         (HEADERS, "a header of the C library"),
         (FILES, "a file of the generated folder"),
-        (TARGETS, "a target of make or CMake"),
     ):
         if prefix in names:
             raise GenerationError(
@@ -389,7 +388,7 @@ def emit_spec(
             )
     if precision == "float":
         for p in data.parameters:
-            if abs(p.default) > np.finfo(np.float32).max:
+            if abs(p.default) > float(np.finfo(np.float32).max):
                 raise ModelError(
                     data.name,
                     f"parameter '{p.name}'",

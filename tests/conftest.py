@@ -3,6 +3,7 @@
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -61,8 +62,16 @@ def stepper() -> Callable[..., sg.Stepper]:
     return make
 
 
+_BEGIN = time.time()
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Branches of the C runtime that its unit tests took in this run."""
+    """What the run cost; branches of the C runtime that its unit tests took in it."""
+    if not hasattr(terminalreporter.config, "workerinput"):
+        made = (Path(os.environ["SIGNORINI_CACHE"]) / "compiled").glob("*.sha256")
+        count = sum(path.stat().st_mtime >= _BEGIN for path in made)
+        cpu = sum(os.times()[:4])
+        terminalreporter.write_line(f"{count} steppers compiled, {cpu:.0f} CPU seconds")
     if any("test_branches" in r.nodeid for r in terminalreporter.getreports("passed")):
         terminalreporter.section("branches of runtime/c taken by its unit tests")
         terminalreporter.write(branch_coverage.REPORT.read_text())
