@@ -90,7 +90,10 @@ _NONSMOOTH = (
 )  # fmt: skip
 
 
-_NOT_CARRIED_OUT = (sp.Derivative, sp.Integral, sp.Sum, sp.Product, sp.Limit, AppliedUndef, sp.Subs)
+_NOT_CARRIED_OUT = (
+    *(sp.Derivative, sp.Integral, sp.Sum, sp.Product, sp.Limit, sp.Subs),
+    *(AppliedUndef, MatrixElement, sp.Indexed),
+)
 
 
 def nonsmooth_part(expr: Any, constants: Iterable[Any] = ()) -> str | None:

@@ -108,7 +108,15 @@ def test_a_notch_stays_on_its_peg() -> None:
     m = sg.Model("hanger", symbols="casadi")
     world = Planar(m, gravity=(0, -G))
     hanger = world.body("h", 1.0, 0.1)
-    outer = ((-0.3, 0.2), (0.3, 0.2), (0.3, -0.2), (0.1, -0.2), (0.1, 0.0), (-0.1, 0.0), (-0.1, -0.2))
+    outer = (
+        (-0.3, 0.2),
+        (0.3, 0.2),
+        (0.3, -0.2),
+        (0.1, -0.2),
+        (0.1, 0.0),
+        (-0.1, 0.0),
+        (-0.1, -0.2),
+    )
     corners = [hanger.point(*c) for c in (*outer, (-0.3, -0.2))]
     peg = [world.ground.point(*c) for c in ((-0.08, -0.3), (-0.08, 0.0), (0.08, 0.0), (0.08, -0.3))]
     world.polygons("peg", corners, peg, mu=0.4)

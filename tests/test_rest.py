@@ -118,9 +118,7 @@ def test_rest_costs_the_same_for_ever(stepper: Build) -> None:
     """Redundant percussions of a box on four corners do not creep: no step needs an iteration."""
     compiled = stepper(box_in_space.model, 2)
     fallen = compiled.simulate(t_end=3, dt=1e-3, every=100)
-    traj = compiled.simulate(
-        t_end=20, dt=1e-3, q0=fallen.q[-1], v0=fallen.v[-1], every=1000
-    )
+    traj = compiled.simulate(t_end=20, dt=1e-3, q0=fallen.q[-1], v0=fallen.v[-1], every=1000)
     assert np.all(traj.iterations[2:] == 0)
     share = 9.81 / 4 * compiled.parameters.get("mass", 1.0)
     floor = traj.P_N[2:] / np.diff(traj.t)[1:, None]

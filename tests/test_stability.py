@@ -58,7 +58,7 @@ def test_the_warning_names_a_stable_step(stages: int, h_omega: float) -> None:
         try:
             compiled.simulate(t_end=200 * dt, dt=dt)
         except sg.StepError as error:
-            assert "With dt" in str(caught[0].message) or "dt =" in str(error)  # noqa: PT017
+            assert "With dt" in str(caught[0].message) or "dt =" in str(error)
     named = float(re.search(r"With dt = ([\d.e-]+)", str(caught[0].message))[1])  # type: ignore[index]
     assert first_instability(stages) / 1000 / 2 < named < first_instability(stages) / 1000
     with warnings.catch_warnings():
