@@ -26,7 +26,7 @@ def rolling_coin() -> sg.Model:
     rim = Ellipsoid(coin, (R, R, b))
     world.touching("contact", rim, world.plane())
     world.rolling("rolling", rim, world.plane())
-    m.initial_state(q=[0, 0, R, 1, 0, 0, 0])
+    m.initial_state(q=[0, 0, b, 1, 0, 0, 0])
     return m
 
 
