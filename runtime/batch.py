@@ -256,16 +256,19 @@ def _drive(lib: "Library", batch: Any, threads: int, stop: Any) -> tuple[int, bo
         Runs taken up, and whether Ctrl-C ended them early.
     """
     found: list[int] = []
+    finished = threading.Event()
 
     def work() -> None:
-        found.append(lib.run_batch(ctypes.byref(batch), threads))
-
-    driver = threading.Thread(target=work)
-    driver.start()
-    interrupted = False
-    while driver.is_alive():
         try:
-            driver.join()
+            found.append(lib.run_batch(ctypes.byref(batch), threads))
+        finally:
+            finished.set()
+
+    threading.Thread(target=work).start()
+    interrupted = False
+    while not finished.is_set():
+        try:
+            finished.wait()  # not join: an interrupted one takes the thread for ended
         except KeyboardInterrupt:
             stop.value, interrupted = 1, True
     return found[0], interrupted
