@@ -185,7 +185,7 @@ class Scene:
                 positive(self.model, f"radius in {what}", thing.radius, zero=True)
             if isinstance(thing, Ellipsoid):
                 for axis in thing.semi_axes:
-                    positive(self.model, f"semi-axis in {what}", axis)
+                    positive(self.model, f"semi-axis in {what}", axis, zero=True)
         kinematics = touch(self.algebra, one, other)
         if kinematics is None:
             raise ModelError(
