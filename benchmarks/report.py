@@ -2,8 +2,6 @@
 
 import importlib
 import json
-import platform
-import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,7 +13,7 @@ import numpy as np
 from signorini.benchmarks.cases import CASES, Case
 from signorini.benchmarks.measure import FLAGS, NATIVE, Program, Timing, peak
 from signorini.benchmarks.scenes import BALL, Run
-from signorini.runtime.compile import find_compiler
+from signorini.runtime.compile import describe_machine
 from signorini.runtime.errors import RunError
 
 PEERS = ("mujoco", "exudyn", "drake")
@@ -109,19 +107,8 @@ def _peer(name: str) -> Any:
 
 
 def _machine(folder: Path) -> dict[str, Any]:
-    processor = platform.processor() or platform.machine()
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        processor = next(x.split(": ")[1] for x in lines if x.startswith("model name"))
-    except (OSError, StopIteration):
-        pass
-    version = subprocess.run(
-        [*find_compiler(), "--version"], capture_output=True, text=True, check=False
-    )
     return {
-        "processor": processor,
-        "system": f"{platform.system()}, Python {platform.python_version()}",
-        "compiler": version.stdout.splitlines()[0] if version.stdout else "",
+        **describe_machine(),
         "flags": " ".join(FLAGS),
         "date": date.today().isoformat(),
         "peak": peak(folder),

@@ -233,6 +233,19 @@ def _version(command: tuple[str, ...]) -> str:
     return result.stdout
 
 
+def describe_machine() -> dict[str, str]:
+    """Return what a measured figure depends on: processor, system, compiler."""
+    processor = platform.processor() or platform.machine()
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        processor = next(x.split(": ")[1] for x in lines if x.startswith("model name"))
+    return {
+        "processor": processor,
+        "system": f"{platform.system()}, Python {platform.python_version()}",
+        "compiler": next(iter(_version(tuple(find_compiler())).splitlines()), ""),
+    }
+
+
 def _words(variable: str) -> list[str]:
     """An environment variable split as a shell splits words."""
     text = os.environ.get(variable, "").strip()

@@ -180,8 +180,9 @@ def fig6(
     for s in stages:
         report(f"fig6, s = {s}")
         crank = stepper("crank", s)
+        tol = 1e-8  # [m] of a gap, as the paper asks of its Newton iteration; no less is promised
         steps = int(t_end / 1e-4)
-        traj = crank.simulate(t_end=steps * 1e-4, dt=1e-4, tol=1e-8, r=1.0, scaling="none")
+        traj = crank.simulate(t_end=steps * 1e-4, dt=1e-4, tol=tol, r=1.0, scaling="none")
         study.curves[f"s = {s}"] = {
             "t": traj.t,
             "g_N1": traj["P_1.g_N"],
@@ -199,7 +200,7 @@ def fig6(
         settled = np.abs(traj["phi_3"][traj.t > 0.02])
         study.claims += [
             Claim(
-                name, "no penetration at any stage time", -traj.smallest_gap.min(), "<=", 1e-12, "m"
+                name, "no penetration at any stage time", -traj.smallest_gap.min(), "<=", tol, "m"
             ),
             Claim(
                 name,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from signorini.codegen.errors import GenerationError
+from signorini.runtime.compile import describe_machine
 from signorini.studies import figures, invariants, limits, paper
 from signorini.studies.claims import Claim, markdown
 from signorini.studies.paper import Progress, Study
@@ -41,11 +42,14 @@ def reproduce(names: tuple[str, ...], folder: Path, report: Progress) -> list[Cl
         study: Study = STUDIES[name](report)
         figures.draw(study, folder)
         claims += study.claims
-    (folder / "results.md").write_text(markdown(claims), encoding="utf-8")
+    machine = describe_machine()
+    measured_on = "Measured on " + ", ".join(machine.values()) + ".\n\n"
+    (folder / "results.md").write_text(measured_on + markdown(claims), encoding="utf-8")
     rows = [
         {"study": c.study, "claim": c.text, "measured": float(c.measured), "how": c.how,
          "limit": float(c.limit), "met": bool(c.met)}
         for c in claims
     ]  # fmt: skip
-    (folder / "results.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    result = {"machine": machine, "claims": rows}
+    (folder / "results.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     return claims

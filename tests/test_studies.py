@@ -87,7 +87,9 @@ def test_command(tmp_path: Path) -> None:
     assert result.returncode == 0, result.stdout + result.stderr
     assert "10 of 10 claims met" in result.stdout
     assert (tmp_path / "o" / "fig8.pdf").is_file()
-    assert all(row["met"] for row in json.loads((tmp_path / "o" / "results.json").read_text()))
+    result_file = json.loads((tmp_path / "o" / "results.json").read_text())
+    assert all(row["met"] for row in result_file["claims"])
+    assert result_file["machine"]["compiler"]
     with pytest.raises(GenerationError, match="no study 'fig5'"):
         reproduce.chosen(("fig5",))
 
