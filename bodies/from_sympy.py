@@ -1,5 +1,7 @@
 """Models from SymPy's mechanics: `dynamicsymbols`, `LagrangesMethod`, `System`."""
 
+import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -8,10 +10,19 @@ from signorini.codegen.errors import ModelError
 from signorini.codegen.model import Model
 from signorini.codegen.symbols import par
 from sympy.core.function import AppliedUndef
-from sympy.physics.mechanics import Lagrangian, dynamicsymbols
+from sympy.matrices.expressions.matexpr import MatrixElement
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    Lagrangian,
+    System,
+    dynamicsymbols,
+)
 from sympy.physics.vector import ReferenceFrame
 
-Parameters = Mapping[sp.Symbol, float | par]
+# Symbols, elements of matrix symbols and indexed symbols.
+Parameters = Mapping[Any, float | par]
+Names = Mapping[Any, str]
 
 
 class Translated:
@@ -42,8 +53,10 @@ class Translated:
         q: Sequence[Any],
         parameters: Parameters | None = None,
         inputs: Sequence[Any] = (),
+        names: Names | None = None,
     ) -> None:
         self.model = m = Model(name)
+        called = _called(name, [*q, *(parameters or {}), *inputs], names or {})
         t = dynamicsymbols._t
         self._rules: dict[Any, Any] = {t: m.time}
         coordinates = list(q)
@@ -55,24 +68,25 @@ class Translated:
                     f"{coordinate} is no dynamicsymbol",
                     "Make it with sympy.physics.mechanics.dynamicsymbols",
                 )
-        names = [c.func.__name__ for c in coordinates]
-        symbols = m.coordinates(" ".join(names))
+        symbols = m.coordinates(" ".join(called[c] for c in coordinates))
         for coordinate, symbol, velocity in zip(coordinates, symbols, m.velocities, strict=True):
             self._rules[coordinate] = symbol
             self._rules[coordinate.diff(t)] = velocity
         given = dict(parameters or {})
         for symbol in given:
-            if not isinstance(symbol, sp.Symbol):
+            if not isinstance(symbol, (sp.Symbol, sp.Indexed, MatrixElement)):
                 raise ModelError(
-                    name, f"parameter '{symbol}'", "is no SymPy symbol", "Give {symbol: default}"
+                    name,
+                    f"parameter '{symbol}'",
+                    "is no SymPy symbol, nor an element of a matrix or indexed symbol",
+                    "Give {symbol: default}",
                 )
         for symbol, made in zip(
-            given, m.parameters(**{s.name: v for s, v in given.items()}), strict=True
+            given, m.parameters(**{called[s]: v for s, v in given.items()}), strict=True
         ):
             self._rules[symbol] = made
         if inputs:
-            functions = [getattr(u, "func", u).__name__ for u in inputs]
-            for u, made in zip(inputs, m.inputs(" ".join(functions)), strict=True):
+            for u, made in zip(inputs, m.inputs(" ".join(called[u] for u in inputs)), strict=True):
                 self._rules[u] = made
 
     def translate(self, expr: Any) -> Any:
@@ -85,7 +99,7 @@ class Translated:
         """
         result = sp.sympify(expr).xreplace(self._rules)
         known = set(self._rules.values())
-        atoms = result.atoms(AppliedUndef, sp.Derivative, sp.Symbol)
+        atoms = result.atoms(AppliedUndef, sp.Derivative, sp.Symbol, sp.Indexed, MatrixElement)
         strange = sorted((str(s) for s in atoms if s not in known), key=len)
         if strange:
             raise ModelError(
@@ -107,6 +121,7 @@ def from_lagrangian(
     nonholonomic: Sequence[Any] = (),
     parameters: Parameters | None = None,
     inputs: Sequence[Any] = (),
+    names: Names | None = None,
 ) -> Translated:
     """A model from a Lagrangian in `dynamicsymbols`.
 
@@ -126,13 +141,18 @@ def from_lagrangian(
         Every other symbol of the expressions.
     inputs : sequence of dynamicsymbols, optional
         Functions of time that are inputs.
+    names : mapping from coordinate, parameter or input to str, optional
+        What one is called in the model and in C, where its own name is no name of C: LaTeX
+        (``{theta: "theta"}`` for ``dynamicsymbols(r"\\theta")``), primes, elements of matrices.
 
     Returns
     -------
     Translated
         The model and the translation of gaps and slip velocities.
     """
-    made = Translated(name, list(q), parameters, inputs)
+    if isinstance(lagrangian, (KanesMethod, LagrangesMethod, System)):
+        raise ModelError(name, *_other(lagrangian, "Lagrangian", "from_lagrangian"))
+    made = Translated(name, list(q), parameters, inputs, names)
     m = made.model
     m.lagrangian = made.translate(_scalar(lagrangian))
     if forces is not None:
@@ -147,12 +167,15 @@ def from_lagranges_method(
     *,
     parameters: Parameters | None = None,
     inputs: Sequence[Any] = (),
+    names: Names | None = None,
 ) -> Translated:
     """A model from the data of a `sympy.physics.mechanics.LagrangesMethod`.
 
     Lagrangian, coordinates, forces on points and frames, holonomic and nonholonomic constraints
     are taken over; its equations need not be formed.
     """
+    if not isinstance(method, LagrangesMethod):
+        raise ModelError(name, *_other(method, "LagrangesMethod", "from_lagranges_method"))
     n_hol = len(method._hol_coneqs)
     made = from_lagrangian(
         name,
@@ -162,6 +185,7 @@ def from_lagranges_method(
         nonholonomic=list(method.coneqs)[n_hol:],
         parameters=parameters,
         inputs=inputs,
+        names=names,
     )
     _loads(made, method.forcelist, method.inertial, {})
     return made
@@ -173,12 +197,15 @@ def from_system(
     *,
     parameters: Parameters | None = None,
     inputs: Sequence[Any] = (),
+    names: Names | None = None,
 ) -> Translated:
     """A model from a `sympy.physics.mechanics.System` of bodies, joints, loads and actuators.
 
     Generalized speeds are replaced by the coordinates' rates with the kinematic equations;
     potential energies belong to the bodies, as for SymPy's Lagrangian.
     """
+    if not isinstance(system, System):
+        raise ModelError(name, *_other(system, "System", "from_system"))
     speeds = list(system.u)
     rates: dict[Any, Any] = {}
     if speeds:
@@ -200,10 +227,67 @@ def from_system(
         nonholonomic=[e.subs(rates) for e in system.nonholonomic_constraints],
         parameters=parameters,
         inputs=inputs,
+        names=names,
     )
     loads = [*system.loads, *(load for a in system.actuators for load in a.to_loads())]
     _loads(made, loads, system.frame, rates)
     return made
+
+
+def _called(model: str, things: Iterable[Any], names: Names) -> dict[Any, str]:
+    """The name of every coordinate, parameter and input: given, or its own."""
+    found = {x: str(getattr(getattr(x, "func", None), "__name__", x)) for x in things}
+    found |= {x: x.name for x in found if isinstance(x, sp.Symbol)}
+    # elements of matrix symbols and indexed symbols: A[0, 1] is A_0_1
+    found |= {
+        x: re.sub(r"\W+", "_", str(x)).strip("_")
+        for x in found
+        if isinstance(x, (sp.Indexed, MatrixElement))
+    }
+    strange = [x for x in names if x not in found]
+    if strange:
+        raise ModelError(
+            model,
+            f"names of '{strange[0]}'",
+            "it is no coordinate, parameter or input",
+            f"There are: {', '.join(str(x) for x in found)}",
+        )
+    for x, text in (found | dict(names)).items():
+        if not (text.isascii() and text.isidentifier()):
+            raise ModelError(
+                model,
+                f"'{text}'",
+                "is no name that C and Python know",
+                f'Call it otherwise: names={{{x}: "{_ascii(text)}"}}',
+            )
+    return found | dict(names)
+
+
+def _ascii(text: str) -> str:
+    """A name near to one that is none: primes are counted, signs left out."""
+    spelled = text.replace("''", "_2").replace("'", "_1")
+    spelled = "".join(
+        unicodedata.name(c, "").rpartition(" ")[2].lower() if not c.isascii() else c
+        for c in spelled
+    )
+    return re.sub(r"\W+", "_", spelled).strip("_") or "x"
+
+
+def _other(thing: Any, wanted: str, function: str) -> tuple[str, str, str]:
+    """Problem and remedy where an object of another of SymPy's methods is given."""
+    kind = type(thing).__name__
+    remedy = f"Give {function} a {wanted} of sympy.physics.mechanics"
+    if isinstance(thing, KanesMethod):
+        remedy = (
+            "Kane's equations hold no Lagrangian: put the same bodies, loads and constraints "
+            "into a sympy.physics.mechanics.System for from_system, or give from_lagrangian "
+            "T - V and the forces"
+        )
+    elif isinstance(thing, LagrangesMethod):
+        remedy = "Use from_lagranges_method"
+    elif isinstance(thing, System):
+        remedy = "Use from_system"
+    return f"the object of type {kind}", f"is no {wanted}", remedy
 
 
 def _scalar(lagrangian: Any) -> Any:

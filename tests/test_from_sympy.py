@@ -13,6 +13,7 @@ from signorini.bodies import (
     from_system,
 )
 from sympy.physics.mechanics import (
+    KanesMethod,
     LagrangesMethod,
     PinJoint,
     Point,
@@ -157,3 +158,45 @@ def test_what_is_missing_is_named() -> None:
         from_lagrangian("ball", m * y.diff() ** 2 / 2 - m * g * y, [y], parameters={m: 1.0})
     with pytest.raises(sg.ModelError, match="x is no dynamicsymbol"):
         from_lagrangian("ball", m, [sp.Symbol("x")])
+
+
+def test_names_that_c_lacks_are_given() -> None:
+    """A pendulum in LaTeX, Greek and elements of matrices moves as one in plain names."""
+    theta, plain = dynamicsymbols(r"\theta"), dynamicsymbols("theta")
+    length, M = sp.Symbol("ℓ"), sp.MatrixSymbol("M", 2, 2)
+    k = sp.IndexedBase("k")
+
+    def lagrangian(angle: sp.Expr, mass: sp.Expr, arm: sp.Expr, spring: sp.Expr) -> sp.Expr:
+        speed = angle.diff()
+        potential = -9.81 * mass * arm * sp.cos(angle) + spring * angle**2 / 2
+        return mass * arm**2 * speed**2 / 2 - potential
+
+    with pytest.raises(sg.ModelError, match=r'names=\{\\theta\(t\): "theta"\}'):
+        from_lagrangian("p", lagrangian(theta, sp.S.One, sp.S.One, sp.S.Zero), [theta])
+    made = from_lagrangian(
+        "p",
+        lagrangian(theta, M[0, 1], length, k[1]),
+        [theta],
+        parameters={M[0, 1]: 2.0, length: 0.7, k[1]: 3.0},
+        names={theta: "theta", length: "arm"},
+    )
+    other = from_lagrangian(
+        "other", lagrangian(plain, sp.Integer(2), sp.Rational(7, 10), sp.Integer(3)), [plain]
+    )
+    for m in (made, other):
+        m.model.initial_state(q=[1.0], v=[0.2])
+    steppers = [sg.build(m.model, stages=2) for m in (made, other)]
+    one, two = (stepper.simulate(t_end=0.2, dt=1e-2) for stepper in steppers)
+    np.testing.assert_allclose(one["theta"], two["theta"], rtol=1e-12)
+    assert abs(one["theta"][-1] - 1) > 0.1
+    assert list(steppers[0].parameters) == ["M_0_1", "arm", "k_1"]
+    with pytest.raises(sg.ModelError, match=r"names of 'z': it is no coordinate"):
+        from_lagrangian("p", theta, [theta], names={theta: "theta", sp.Symbol("z"): "z"})
+
+
+def test_methods_of_kane_are_answered_by_name() -> None:
+    q, u = dynamicsymbols("q u")
+    kane = KanesMethod(ReferenceFrame("N"), [q], [u], kd_eqs=[u - q.diff()])
+    for make in (from_lagranges_method, from_system, lambda n, k: from_lagrangian(n, k, [q])):
+        with pytest.raises(sg.ModelError, match=r"KanesMethod.*hold no Lagrangian.*from_system"):
+            make("k", kane)
