@@ -1,9 +1,11 @@
 """The front end: a user declares a mechanical model."""
 
+import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import casadi as ca
 from signorini.codegen.errors import ModelError
 from signorini.codegen.names import check_identifier, split_names
 from signorini.codegen.symbols import CasADi, SymPy, World, is_number, par
@@ -104,6 +106,11 @@ class Model:
         self.suggested: dict[str, Any] = {}
         self._taken: dict[str, str] = {"t": "symbol, the time"}
         self._t = self.world.symbol("t")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # CasADi's symbols keep what they are to each other only within one context
+        with ca.global_pickle_context():
+            return _unpickled, (type(self), pickle.dumps(self.__dict__))
 
     # --- symbols ---------------------------------------------------------------------------------
 
@@ -474,3 +481,11 @@ class Model:
                 f"its default {default:g} is outside [{declared.min}, {declared.max}]",
                 "Change the default or the bounds",
             )
+
+
+def _unpickled(kind: type[Model], content: bytes) -> Model:
+    """A model sent from another process; its symbols are new ones, with the same names."""
+    model = kind.__new__(kind)
+    with ca.global_unpickle_context():
+        model.__dict__.update(pickle.loads(content))
+    return model

@@ -1,7 +1,9 @@
 """Generated folders, the cache, names: nothing found is believed, nothing is half written."""
 
+import copy
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -12,9 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from signorini.models import bouncing_ball
 from signorini.runtime import compile as compiling
 from signorini.workflow import drift
 from test_generated_code import compiler, run
+from trap_models import mixed_contacts
 
 CLI = [sys.executable, "-m", "signorini"]
 
@@ -429,9 +433,22 @@ def test_a_clone_beside_a_script_does_not_hide_the_package(tmp_path: Path) -> No
     run(sys.executable, "-c", "import signorini; signorini.Model", cwd=tmp_path)
 
 
-def test_errors_and_models_survive_a_process_pool() -> None:
-    import pickle
+@pytest.mark.parametrize("make", [bouncing_ball.model, mixed_contacts], ids=["sympy", "casadi"])
+def test_models_survive_a_process_pool(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+    """The model that comes out of another process gives the same C."""
+    model = make()
+    again = pickle.loads(pickle.dumps(model))
+    for m, folder in ((model, "one"), (again, "two"), (copy.deepcopy(model), "three")):
+        sg.generate(m, tmp_path / folder, stages=2)
+    files = [p.relative_to(tmp_path / "one") for p in (tmp_path / "one").rglob("*") if p.is_file()]
+    assert len(files) > 5
+    for name in files:
+        text = (tmp_path / "one" / name).read_bytes()
+        assert text == (tmp_path / "two" / name).read_bytes(), name
+        assert text == (tmp_path / "three" / name).read_bytes(), name
 
+
+def test_errors_survive_a_process_pool() -> None:
     Case = Callable[[], Exception]
     cases: tuple[Case, ...] = (
         lambda: sg.ModelError("m", "e", "p", "r"),
