@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -66,14 +67,61 @@ class FailedStep:
             data = json.loads(target.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise RunError(f"there is no file {target}") from None
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise RunError(f"{target} is no file of a failed step ({error})") from None
         if not isinstance(data, dict) or data.pop("format", None) != _FORMAT:
             raise RunError(f"{target} is no file of a failed step that this version reads")
-        try:
-            return cls(**data)
-        except TypeError:
-            raise RunError(f"{target} is damaged: fields are missing or unknown") from None
+        if set(data) != set(_CONTENT):
+            raise RunError(f"{target} is damaged: fields are missing or unknown")
+        for name, fits in _CONTENT.items():
+            if not fits(data[name]):
+                raise RunError(
+                    f"{target} is damaged: its field '{name}' does not hold what `save` writes"
+                )
+        return cls(**data)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _are_numbers(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_is_number, value))
+
+
+def _is_named(value: Any) -> bool:
+    return isinstance(value, dict)
+
+
+def _are_options(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        x is None or isinstance(x, (str, int, float)) for x in value.values()
+    )
+
+
+def _are_named_numbers(value: Any) -> bool:
+    return isinstance(value, dict) and all(_is_number(x) or _are_numbers(x) for x in value.values())
+
+
+# What each field of a file holds.
+_CONTENT: dict[str, Callable[[Any], bool]] = {
+    "model": _is_text,
+    "model_hash": _is_text,
+    "scheme": _is_text,
+    "precision": _is_text,
+    "stages": lambda value: type(value) is int and value > 0,
+    "state": _are_named_numbers,
+    "u": _are_numbers,
+    "parameters": _are_named_numbers,
+    "options": _are_options,
+    "h": _is_number,
+    "status": _is_text,
+    "about": _is_named,
+}
 
 
 def fields_of(struct: Any) -> dict[str, Any]:
@@ -105,14 +153,16 @@ def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
     try:
         for name, kind in state._fields_:
             value = step.state[name]
+            if isinstance(value, list) and len(value) != kind._length_:
+                raise ValueError(f"{name} has {len(value)} entries")
             setattr(state, name, kind(*value) if isinstance(value, list) else value)
         if hasattr(state, "has_terms"):
             state.has_terms = 0  # found anew: how they are chosen is the generator's affair
         u = lib.array(stepper._rows("u", step.u, 1, stepper.sizes["n_u"])[0])
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        options = stepper._options(**step.options)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise RunError(f"the file of the failed step is damaged ({error!r})") from None
     par = stepper._params(stepper.check_parameters(step.parameters))
-    options = stepper._options(**step.options)
     status = lib.call["step"](state, work, info, par, options, lib.pointer(u), step.h)
     return {
         **fields_of(info), "status": lib.statuses[status],

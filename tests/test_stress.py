@@ -389,6 +389,15 @@ def test_bad_replay_files_are_named(stepper: Build, tmp_path: Path) -> None:
         ("a list", "[]", "that this version reads"),
         ("missing", {k: v for k, v in data.items() if k != "h"}, "fields are missing"),
         ("unknown", data | {"extra": 1}, "unknown"),
+        ("nested", "[" * 100_000, "is no file of a failed step"),
+        *(
+            (f"{key} is {bad!r}", data | {key: bad}, f"field '{key}' does not hold")
+            for key in data
+            for bad in (None, [[1.0]])
+            if key != "format"
+        ),
+        ("an option", data | {"options": {"tol": [1]}}, "field 'options'"),
+        ("stages", data | {"stages": -1}, "field 'stages'"),
     )
     for name, content, text in wrong:
         path.write_text(content if isinstance(content, str) else json.dumps(content))
@@ -399,7 +408,7 @@ def test_bad_replay_files_are_named(stepper: Build, tmp_path: Path) -> None:
         FailedStep.load(tmp_path / "nothing.json")
     with pytest.raises(sg.RunError, match="stages 2"):
         take_again(compiled, replace(step, stages=2))
-    for state in ({}, step.state | {"q": ["a", 1, 2]}, step.state | {"q": [0.0] * 4}):
+    for state in ({}, *(step.state | {"q": q} for q in (["a", 1, 2], [0.0] * 4, [0.0] * 2))):
         with pytest.raises(sg.RunError, match="damaged"):
             take_again(compiled, replace(step, state=state))
 
