@@ -59,17 +59,17 @@ def test_a_spoiled_stepper_is_caught(tmp_path: Path) -> None:
 
     def build_spoiled(model: sg.Model, stages: int) -> sg.Stepper:
         folder = sg.generate(model, tmp_path / f"s{stages}", stages=stages)
-        source = folder / "mixed_contacts.c"
+        source = folder / f"{model.name}.c"
         text = source.read_text()
         old = "/* g_N_dot = W_N^T v + dg_N/dt */"
         at = text.rindex(old)
         head, tail = text[:at], text[at:]
-        source.write_text(head + tail.replace("out->g_N_dot[2] = ", "out->g_N_dot[2] = 0.02 + ", 1))
+        source.write_text(head + tail.replace("out->g_N_dot[0] = ", "out->g_N_dot[0] = 0.02 + ", 1))
         return sg.load(folder)
 
-    report = Checker(mixed_contacts(), build_spoiled).run((2,))
+    report = Checker(one_coordinate(), build_spoiled).run((2,))
     assert not report
-    assert any("velocity y" in name for name in failures(report))
+    assert any("velocity y" in name for name in failures(report)), failures(report)
 
 
 def test_report_formats(tmp_path: Path) -> None:
@@ -224,16 +224,14 @@ def crank(**never: dict[str, str]) -> sg.Model:
 def test_waivers() -> None:
     """Without one the report says what was never seen; with one it repeats the reason; a wrong one
     fails."""
-    plain = sg.check(crank(), stages=(2,))
-    assert not plain
-    assert "rail was never seen sticking" in str(plain)
-    assert "rail was never seen sticking" in repr(plain)  # what pytest shows of a failed assert
     waived = sg.check(crank(never={"sticking": "its motion is prescribed"}), stages=(2,))
     assert waived
     assert "rail: never sticking, because its motion is prescribed" in str(waived)
     wrong = sg.check(crank(never={"slipping": "a lie"}), stages=(2,))
     assert not wrong
     assert "rail was seen slipping" in str(wrong)
+    assert "rail was never seen sticking" in str(wrong)
+    assert "rail was never seen sticking" in repr(wrong)  # what pytest shows of a failed assert
     assert "a lie" in wrong.to_json()
     with pytest.raises(sg.ModelError, match=r"never of friction 'rail'.*sticking"):
         crank(never={"flying": "no"})
