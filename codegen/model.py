@@ -107,6 +107,12 @@ class Model:
         self._taken: dict[str, str] = {"t": "symbol, the time"}
         self._t = self.world.symbol("t")
 
+    def __copy__(self) -> "Model":
+        # its own declarations are shared, so are the symbols in them
+        made = type(self).__new__(type(self))
+        made.__dict__.update(self.__dict__)
+        return made
+
     def __reduce__(self) -> tuple[Any, ...]:
         # CasADi's symbols keep what they are to each other only within one context
         with ca.global_pickle_context():
