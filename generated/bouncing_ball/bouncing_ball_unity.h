@@ -382,6 +382,8 @@
 #define sg_problem bouncing_ball_own_sg_problem
 #undef sg_problems
 #define sg_problems bouncing_ball_own_sg_problems
+#undef sg_project
+#define sg_project bouncing_ball_own_sg_project
 #undef sg_prox_ball
 #define sg_prox_ball bouncing_ball_own_sg_prox_ball
 #undef sg_prox_parameters

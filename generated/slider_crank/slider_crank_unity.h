@@ -382,6 +382,8 @@
 #define sg_problem slider_crank_own_sg_problem
 #undef sg_problems
 #define sg_problems slider_crank_own_sg_problems
+#undef sg_project
+#define sg_project slider_crank_own_sg_project
 #undef sg_prox_ball
 #define sg_prox_ball slider_crank_own_sg_prox_ball
 #undef sg_prox_parameters

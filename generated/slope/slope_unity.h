@@ -382,6 +382,8 @@
 #define sg_problem slope_own_sg_problem
 #undef sg_problems
 #define sg_problems slope_own_sg_problems
+#undef sg_project
+#define sg_project slope_own_sg_project
 #undef sg_prox_ball
 #define sg_prox_ball slope_own_sg_prox_ball
 #undef sg_prox_parameters

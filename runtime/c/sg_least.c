@@ -188,7 +188,8 @@ static void sg_choose(SG(work) * w, const SG(state) * s, const SG(params) * par,
                       const SG(options) * opt, SG(info) * info, int problem, int iterated,
                       real *measure) {
     const sg_problem *pr = &sg_problems[problem];
-    const int state = (int)(sg_fingerprint(w, pr->n_slots * SG_NC) & 0x7fffffffUL);
+    const unsigned long print = sg_fingerprint(w, pr->n_slots * SG_NC) & 0x7fffffffUL;
+    const int state = (int)print;
     const int same = s->warm > 0 && s->h_guess == w->h && s->states[problem] == state;
     int choice = SG_UNIQUE;
     if (same && (!iterated || (s->choice[problem] == SG_UNIQUE && w->deficiency == 0))) {

@@ -71,13 +71,37 @@ static int sg_admissible(int n, int m, const real *Q, real *x) {
     return size > SG_TINY;
 }
 
-/* The eigenvalue of K + shift I with the largest size among directions perpendicular to Q, less
-   the shift, by power iteration from an irregular start. */
+/* K := P K P, where P takes away the parts along Q. */
+static void sg_project(int n, int m, const real *Q, real *K) {
+    int a, i, j;
+    for (a = 0; a < m; ++a) {
+        const real *q = &Q[a * n];
+        for (j = 0; j < n; ++j) {
+            real part = SG_C(0.0);
+            for (i = 0; i < n; ++i) {
+                part += q[i] * K[i * n + j];
+            }
+            for (i = 0; i < n; ++i) {
+                K[i * n + j] -= part * q[i];
+            }
+        }
+        for (i = 0; i < n; ++i) {
+            const real part = sg_dot(n, &K[i * n], q);
+            for (j = 0; j < n; ++j) {
+                K[i * n + j] -= part * q[j];
+            }
+        }
+    }
+}
+
+/* The largest eigenvalue of K among directions perpendicular to Q, by power iteration on
+   K + shift I from an irregular start; the shift makes no eigenvalue negative. */
 static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, real *x, real *y) {
     real value = SG_C(0.0);
     int round, i;
     for (i = 0; i < n; ++i) {
-        x[i] = SG_C(1.0) + (real)((37 * i) % 64) / SG_C(64.0);
+        const int spread = (37 * i) % 64;
+        x[i] = SG_C(1.0) + (real)spread / SG_C(64.0);
     }
     if (!sg_admissible(n, m, Q, x)) {
         return SG_C(0.0);
@@ -90,7 +114,7 @@ static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, r
         value = sg_dot(n, x, y);
         sg_copy(n, y, x);
         if (!sg_admissible(n, m, Q, x) ||
-            SG_FABS(value - before) <= SG_POWER_CHANGE * SG_FABS(value)) {
+            SG_FABS(value - before) <= SG_POWER_CHANGE * SG_FABS(value - shift)) {
             break;
         }
     }
@@ -106,6 +130,7 @@ real SG(stable_step)(const SG(params) * par, real t, const real q[], const real 
     real *x = &scratch[SG_STABLE - 2 * SG_NQ];
     real *y = &scratch[SG_STABLE - SG_NQ];
     const int m = SG_NG + SG_NGAMMA;
+    real bound = SG_C(0.0);
     real top;
     int i, j;
     SG(p_v)(t, q, v, par, M);
@@ -142,11 +167,16 @@ real SG(stable_step)(const SG(params) * par, real t, const real q[], const real 
         sg_forward(SG_NQ, M, 1, &Q[j * SG_NQ]);
     }
     sg_orthonormal(SG_NQ, m, Q);
-    top = sg_extreme(SG_NQ, m, K, Q, SG_C(0.0), x, y);
-    if (top < SG_C(0.0)) {
-        /* the largest in size is an instability of the model's own: the fastest oscillation is at
-           the other end */
-        top = sg_extreme(SG_NQ, m, K, Q, -top, x, y);
+    sg_project(SG_NQ, m, Q, K);
+    /* moved by the largest sum of a row no eigenvalue is negative: an instability of the model's
+       own, or one as large as the fastest oscillation, does not hide it */
+    for (i = 0; i < SG_NQ; ++i) {
+        real sum = SG_C(0.0);
+        for (j = 0; j < SG_NQ; ++j) {
+            sum += SG_FABS(K[i * SG_NQ + j]);
+        }
+        bound = sg_max(bound, sum);
     }
+    top = sg_extreme(SG_NQ, m, K, Q, bound, x, y);
     return top > SG_TINY ? SG_STABLE_PHASE / SG_SQRT(top) : SG_HUGE;
 }

@@ -1076,6 +1076,167 @@ static void test_inconsistent_starts(void) {
     }
 }
 
+/* --- records, stable steps ----------------------------------------------------------------------
+ */
+
+enum { TAKEN = 60, EVERY = 7, BEGUN = 3, NOTED = 5 };
+
+/* Rows of a record are sums, extremes and last values of the steps they stand for. */
+static void test_records(void) {
+    static double t[TAKEN], q[TAKEN * SG_NQ], v[TAKEN * SG_NQ], P[TAKEN * SG_NC + 1];
+    static double residual[TAKEN], gap[TAKEN], energy[2 * TAKEN], inputs[TAKEN * INPUTS];
+    static double stage_t[TAKEN * SG_STAGES], stage_q[TAKEN * SG_STAGES * SG_NQ];
+    static double stage_v[TAKEN * SG_STAGES * SG_NQ], stage_R[TAKEN * SG_STAGES * SG_NC + 1];
+    static int counts[7 * TAKEN], contact[TAKEN * (SG_NK > 0 ? SG_NK : 1)];
+    static m_event events[NOTED];
+    int done, alone, run, n_events;
+    for (run = 0; run < 4; ++run) {
+        const double h = run % 2 == 0 ? 1e-2 : 5e-2;
+        m_record all = {t,      q,       v,       P,       residual,  gap,
+                        energy, counts,  contact, events,  &n_events, NOTED,
+                        BEGUN,  stage_t, stage_q, stage_v, stage_R};
+        m_record nothing;
+        m_state start;
+        double sum[SG_NC + 1] = {0}, low = 0.0, high = 0.0;
+        int row = 0, iterations = 0, changes = 0, impacts = 0, k, n;
+        memset(&nothing, 0, sizeof nothing);
+        draw_start();
+        start = state;
+        for (n = 0; n < TAKEN * INPUTS; ++n) {
+            inputs[n] = uniform();
+        }
+        n_events = 0;
+        /* row 0 goes on with what an earlier call left: nothing, here */
+        sg_fill(SG_NC, 0.0, P);
+        memset(counts, 0, 7 * sizeof counts[0]);
+        energy[0] = SG_HUGE;
+        energy[1] = -SG_HUGE;
+        m_simulate(&state, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, &all, &done);
+        /* the same alone, step by step */
+        other = work;
+        {
+            m_state s = start;
+            for (n = 0; n < done; ++n) {
+                int before[SG_NK > 0 ? SG_NK : 1] = {0};
+                const double begins = m_energy_at(s.t, s.q, s.v, &par);
+                double ends;
+                const int first = n == 0 || (n + BEGUN) % EVERY == 0;
+                for (k = 0; k < SG_NK; ++k) {
+                    before[k] = s.contact[k];
+                }
+                ENSURE(m_step(&s, &other, &info, &par, &opt, &inputs[n * INPUTS], h) <=
+                       M_OK_SUBSTEPPED);
+                ends = m_energy_at(s.t, s.q, s.v, &par);
+                low = first ? ends : fmin(low, ends);
+                high = first ? ends : fmax(high, ends);
+                iterations = first ? info.iterations : iterations + info.iterations;
+                for (k = 0; k < SG_NC; ++k) {
+                    sum[k] = first ? info.P[k] : sum[k] + info.P[k];
+                }
+                for (k = 0; k < SG_NK; ++k) {
+                    const int changed = before[k] != info.contact[k] && before[k] != M_UNKNOWN;
+                    if ((info.impacts[k] > 0 || changed) && changes < NOTED) {
+                        const m_event *e = &events[changes];
+                        ENSURE(e->contact == k && e->t == s.t);
+                        ENSURE((e->kind == M_EVENT_IMPACT) == (info.impacts[k] > 0));
+                        ENSURE(e->energy == (info.impacts[k] > 0 ? ends - begins : 0.0));
+                    }
+                    changes += info.impacts[k] > 0 || changed;
+                    impacts = (first && k == 0 ? 0 : impacts) + info.impacts[k];
+                }
+                row = (n + BEGUN) / EVERY;
+                if ((n + 1 + BEGUN) % EVERY == 0 || n + 1 == done) {
+                    ENSURE(t[row] == s.t && counts[7 * row + 1] == iterations);
+                    ENSURE(SG_NK == 0 || counts[7 * row + 6] == impacts);
+                    ENSURE(energy[2 * row] == low && energy[2 * row + 1] == high);
+                    for (k = 0; k < SG_NC; ++k) {
+                        ENSURE(P[row * SG_NC + k] == sum[k]);
+                    }
+                    for (k = 0; k < SG_NQ; ++k) {
+                        ENSURE(q[row * SG_NQ + k] == s.q[k] && v[row * SG_NQ + k] == s.v[k]);
+                    }
+                    ENSURE((stage_t[row * SG_STAGES] != stage_t[row * SG_STAGES]) ==
+                           (info.substeps > 0));
+                }
+            }
+            ENSURE(n_events == changes);
+            ENSURE(done == 0 || s.t == state.t);
+        }
+        /* pointers left out change nothing, one by one or all */
+        {
+            m_state s = start;
+            int before = done;
+            m_simulate(&s, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, &nothing, &alone);
+            ENSURE(alone == before && s.t == state.t);
+            s = start;
+            m_simulate(&s, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, NULL, &alone);
+            ENSURE(alone == before && s.t == state.t);
+            all.events = NULL;
+            all.stage_q = NULL;
+            s = start;
+            m_simulate(&s, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, &all, &alone);
+            ENSURE(alone == before && s.t == state.t);
+        }
+        all.begun = EVERY;
+        ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, h, 1, EVERY, &all, &alone) ==
+               M_BAD_ARGUMENT);
+        all.begun = -1;
+        ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, h, 1, EVERY, &all, &alone) ==
+               M_BAD_ARGUMENT);
+    }
+}
+
+/* The fastest oscillation is no slower than that of any direction: a Rayleigh quotient. */
+static void test_stable_step(void) {
+    static double scratch[SG_STABLE], M[SG_NQ * SG_NQ], K[SG_NQ * SG_NQ], f_q[SG_NQ * SG_NQ];
+    int run;
+    for (run = 0; run < 20; ++run) {
+        double x[SG_NQ], force[SG_NC + 1], h, top, stiff = 0.0, heavy = 0.0, bad[SG_NQ];
+        int i, j;
+        draw_start();
+        for (i = 0; i < SG_NC; ++i) {
+            force[i] = uniform();
+        }
+        h = m_stable_step(&par, state.t, state.q, state.v, u, run % 2 == 0 ? NULL : force, scratch);
+        ENSURE(h > 0.0);
+        if (run % 2 == 0 && SG_NG + SG_NGAMMA == 0) {
+            m_p_v(state.t, state.q, state.v, &par, M);
+            m_L_q_q(state.t, state.q, state.v, &par, K);
+            m_f_q(state.t, state.q, state.v, u, &par, f_q);
+            for (i = 0; i < SG_NQ; ++i) {
+                x[i] = uniform();
+            }
+            for (i = 0; i < SG_NQ; ++i) {
+                for (j = 0; j < SG_NQ; ++j) {
+                    stiff -= x[i] * (K[i * SG_NQ + j] + f_q[i * SG_NQ + j]) * x[j];
+                    heavy += x[i] * M[i * SG_NQ + j] * x[j];
+                }
+            }
+            top = h >= SG_HUGE ? 0.0 : (SG_STABLE_PHASE / h) * (SG_STABLE_PHASE / h);
+            /* power iteration comes from below, within its last change */
+            ENSURE(stiff / heavy <= 1.01 * top + 1e-9);
+        }
+        sg_fill(SG_NQ, NAN, bad);
+        ENSURE(m_stable_step(&par, state.t, bad, state.v, u, NULL, scratch) > 0.0);
+    }
+    /* directions: the second depends on the first, the third is what is left */
+    {
+        double Q[9] = {3.0, 0.0, 0.0, 6.0, 0.0, 0.0, 1.0, 2.0, 0.0}, y[3] = {1.0, 1.0, 4.0};
+        double L[4] = {4.0, 0.0, 2.0, 5.0}, z[2] = {2.0, 5.0};
+        double none[4] = {1.0, 0.0, 2.0, 1.0};
+        double S[4] = {-5.0, 0.0, 0.0, 2.0}, a[2], b[2];
+        sg_orthonormal(3, 3, Q);
+        ENSURE(Q[0] == 1.0 && Q[3] == 0.0 && Q[6] == 0.0 && fabs(Q[7] - 1.0) < 1e-15);
+        ENSURE(sg_admissible(3, 3, Q, y) == 1 && y[2] == 1.0 && y[0] == 0.0);
+        ENSURE(sg_admissible(3, 3, Q, Q) == 0);
+        ENSURE(sg_cholesky(2, L) == 1 && L[0] == 2.0 && L[2] == 1.0 && L[3] == 2.0);
+        sg_forward(2, L, 1, z);
+        ENSURE(z[0] == 1.0 && z[1] == 2.0);
+        ENSURE(sg_cholesky(2, none) == 0);
+        ENSURE(fabs(sg_extreme(2, 0, S, Q, 5.0, a, b) - 2.0) < 0.1);
+    }
+}
+
 int main(void) {
     par = m_default_params();
     opt = m_default_options();
@@ -1097,6 +1258,8 @@ int main(void) {
     test_parameters();
     test_arguments();
     test_inconsistent_starts();
+    test_records();
+    test_stable_step();
     printf(
         "rows free %d, zero %d, slip %d; directions %d; spoiled %d; steps %d, rescued %d; "
         "lost impacts %d\n",
