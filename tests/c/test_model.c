@@ -1171,6 +1171,25 @@ static void test_records(void) {
             s = start;
             m_simulate(&s, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, NULL, &alone);
             ENSURE(alone == before && s.t == state.t);
+            for (n = 0; n < 13; ++n) {
+                m_record some = all;
+                some.t = n == 0 ? NULL : some.t;
+                some.q = n == 1 ? NULL : some.q;
+                some.v = n == 2 ? NULL : some.v;
+                some.P = n == 3 ? NULL : some.P;
+                some.residual = n == 4 ? NULL : some.residual;
+                some.smallest_gap = n == 5 ? NULL : some.smallest_gap;
+                some.energy = n == 6 ? NULL : some.energy;
+                some.counts = n == 7 ? NULL : some.counts;
+                some.contact = n == 8 ? NULL : some.contact;
+                some.n_events = n == 9 ? NULL : some.n_events;
+                some.stage_t = n == 10 ? NULL : some.stage_t;
+                some.stage_v = n == 11 ? NULL : some.stage_v;
+                some.stage_R = n == 12 ? NULL : some.stage_R;
+                s = start;
+                m_simulate(&s, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, &some, &alone);
+                ENSURE(alone == before && s.t == state.t);
+            }
             all.events = NULL;
             all.stage_q = NULL;
             s = start;
@@ -1237,6 +1256,47 @@ static void test_stable_step(void) {
     }
 }
 
+/* Nearest percussions in the cones: inside, the same when asked again, at a right angle to what was
+   taken away, for all kinds of rows. */
+static void test_nearest_in_cones(void) {
+    const sg_problem *pr = &sg_problems[0];
+    int run;
+    for (run = 0; run < 200; ++run) {
+        double z[2 * ROWS], before[2 * ROWS], again[2 * ROWS], across = 0.0;
+        int a, c, k, d, slot;
+        for (a = 0; a < pr->n_slots * SG_NC; ++a) {
+            work.kind[a] = uniform() > 0.0 ? SG_ROW_FREE : SG_ROW_ZERO;
+            work.root_scale[a] = 1.0;
+        }
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            for (k = 0; k < SG_NK; ++k) {
+                const double kind = uniform();
+                for (d = 0; d < sg_contacts[k].components; ++d) {
+                    c = slot * SG_NC + SG_SLIP + sg_contacts[k].friction + d;
+                    work.kind[c] = kind > 0.3    ? SG_ROW_FREE
+                                   : kind > -0.3 ? SG_ROW_SLIP
+                                                 : SG_ROW_ZERO;
+                }
+                work.mu[k] = 0.5 + 0.4 * uniform();
+                if (sg_contacts[k].normal < 0) {
+                    work.radius[slot * SG_NB + sg_contacts[k].bound] = 0.6 + 0.5 * uniform();
+                }
+            }
+        }
+        for (a = 0; a < ROWS; ++a) {
+            z[a] = before[a] = 2.0 * uniform();
+        }
+        sg_nearest_in_cones(&work, pr, z);
+        sg_copy(ROWS, z, again);
+        sg_nearest_in_cones(&work, pr, again);
+        for (a = 0; a < ROWS; ++a) {
+            ENSURE(fabs(again[a] - z[a]) < 1e-12);
+            across += (before[a] - z[a]) * z[a];
+        }
+        ENSURE(across > -1e-12);
+    }
+}
+
 int main(void) {
     par = m_default_params();
     opt = m_default_options();
@@ -1260,6 +1320,7 @@ int main(void) {
     test_inconsistent_starts();
     test_records();
     test_stable_step();
+    test_nearest_in_cones();
     printf(
         "rows free %d, zero %d, slip %d; directions %d; spoiled %d; steps %d, rescued %d; "
         "lost impacts %d\n",
