@@ -12,14 +12,18 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import grid, plain_number
+from signorini.runtime.batch import Batch
 from signorini.runtime.errors import RunError
 from signorini.runtime.files import write_whole
 from signorini.runtime.stepper import Stepper
+from signorini.runtime.trajectory import COUNTS
 from signorini.workflow import build_files
 
 _ADVICE = "install it with: pip install 'signorini[sweep]'"
-_FORMAT = 2
+_FORMAT = 3
 _MOST_VALUES = 10_000_000
+# Counts that are summed over a whole run.
+_SUMS = ("iterations", "substeps", "impacts")
 
 
 @dataclass(frozen=True)
@@ -142,8 +146,22 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
     rows = slice(-sweep.last, None) if sweep.last else slice(None)
     return {
         **{name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")},
+        **_whole(batch),
         "steps": batch.steps,
         "status": np.array([stepper._library.statuses.index(s) for s in batch.status]),
+    }
+
+
+def _whole(batch: Batch) -> dict[str, np.ndarray]:
+    """Figures of whole runs; rows that a run did not reach hold NaN, and -1 as counts."""
+    low, high = batch.energy_range[..., 0], batch.energy_range[..., 1]
+    sums = np.maximum(batch.counts, 0).sum(axis=1)
+    return {
+        "smallest_gap": np.fmin.reduce(batch.smallest_gap, axis=1),
+        "energy_range": np.stack(
+            [np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)], axis=1
+        ),
+        **{name: sums[:, COUNTS.index(name)] for name in _SUMS},
     }
 
 
@@ -160,8 +178,10 @@ def read_files(stepper: Stepper) -> dict[str, str]:
 class Store:
     """One Zarr group that holds the results; a chunk of runs belongs to a batch.
 
-    Arrays ``t``, ``q``, ``v``, ``P``, ``steps``, ``status`` (codes, texts in the attributes) and
-    ``points`` (values of the axes), run by run; ``done`` says which batches are in.
+    Arrays ``t``, ``q``, ``v``, ``P`` (rows kept), ``smallest_gap``, ``energy_range``,
+    ``iterations``, ``substeps``, ``impacts`` (of the whole run), ``steps``, ``status`` (codes,
+    texts in the attributes) and ``points`` (values of the axes), run by run; ``done`` says which
+    batches are in. Events are found by running a point again: it is the same to the last bit.
 
     Raises
     ------
@@ -212,6 +232,10 @@ class Store:
         }
         for name, shape in shapes.items():
             self._array(name, (n, *shape), (batch, *(max(x, 1) for x in shape)), "f8", np.nan)
+        self._array("smallest_gap", (n,), (batch,), "f8", np.nan)
+        self._array("energy_range", (n, 2), (batch, 2), "f8", np.nan)
+        for name in _SUMS:
+            self._array(name, (n,), (batch,), "i8", -1)
         for name in ("steps", "status"):
             self._array(name, (n,), (batch,), "i4", -1)
         self._array("points", (n, len(sweep.axes)), (n, max(len(sweep.axes), 1)), "f8", np.nan)

@@ -47,3 +47,14 @@ def foreign_symbol(model: str, equation: str, name: str, known: list[str]) -> Mo
         f"unknown symbol '{name}'",
         f"Declare it with coordinates, parameters or inputs; declared are: {', '.join(known)}",
     )
+
+
+def refuse_tuple(model: str, equation: str, expr: object) -> None:
+    """Raise the error for a tuple of one symbol, which a forgotten comma leaves behind."""
+    if isinstance(expr, tuple) and len(expr) == 1:
+        raise ModelError(
+            model,
+            equation,
+            f"{expr!r} is a tuple of one symbol",
+            "Unpack it where it is declared: (x,) = m.coordinates('x')",
+        )

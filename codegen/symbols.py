@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 from signorini.codegen import special, sympy_to_casadi
-from signorini.codegen.errors import ModelError, foreign_symbol
+from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
 from signorini.codegen.sympy_to_casadi import SympyToCasadi
 
 
@@ -101,13 +101,7 @@ class CasADi:
                 "Write it in the SX symbols that this model's methods return; a Function of MX is "
                 "called with them after f.expand()",
             )
-        if isinstance(expr, tuple) and len(expr) == 1:
-            raise ModelError(
-                model,
-                equation,
-                f"{expr!r} is a tuple of one symbol",
-                "Unpack it where it is declared: (x,) = m.coordinates('x')",
-            )
+        refuse_tuple(model, equation, expr)
         try:
             sx = ca.SX(expr) if isinstance(expr, (ca.SX, ca.DM)) else ca.SX(float(expr))
         except (TypeError, ValueError, NotImplementedError, RuntimeError):

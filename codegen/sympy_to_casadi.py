@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import sympy as sp
 from signorini.codegen import special
-from signorini.codegen.errors import ModelError, foreign_symbol
+from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
 from signorini.codegen.terms import unique_nodes
 from sympy.codegen import cfunctions
 from sympy.core.function import AppliedUndef
@@ -151,13 +151,7 @@ class SympyToCasadi:
                 "is a CasADi expression in a model with symbols='sympy'",
                 "Use SymPy, or make the model with symbols='casadi'",
             )
-        if isinstance(expr, tuple) and len(expr) == 1:
-            raise ModelError(
-                model,
-                equation,
-                f"{expr!r} is a tuple of one symbol",
-                "Unpack it where it is declared: (x,) = m.coordinates('x')",
-            )
+        refuse_tuple(model, equation, expr)
         try:
             node = sp.sympify(expr, strict=True)
         except (sp.SympifyError, TypeError):

@@ -50,6 +50,15 @@ def test_runs_and_resumption(tmp_path: Path) -> None:
         )
         for name in ("t", "q", "v"):
             np.testing.assert_array_equal(store.group[name][k], getattr(alone, name)[-3:])
+        # figures of the whole run, of which three rows were kept: those of every step
+        every = compiled.simulate(
+            t_end=0.5, dt=1e-2, v0={"y": y_dot}, parameters={"e_N": e_N, "mu": 0.1}
+        )
+        assert store.group["impacts"][k] == sum(e.kind == "impact" for e in every.events) > 0
+        assert store.group["iterations"][k] == every.iterations.sum()
+        assert store.group["smallest_gap"][k] == every.smallest_gap.min()
+        extremes = [every.energy.min(), every.energy.max()]
+        np.testing.assert_allclose(store.group["energy_range"][k], extremes, rtol=1e-14)
     seen.clear()
     collect(compiled, out, seen)
     assert seen == [(3, 3)]
