@@ -95,7 +95,7 @@ def plot(traj: Trajectory, path: Path) -> None:
                     t[1:],
                     traj.P_N[1:, columns["P_N"]] / dt,
                     where="pre",
-                    label=f"P_N/dt {name}",
+                    label=f"P_N/Δt {name}",
                     lw=1.2,
                 )
             for j, column in enumerate(columns["P_F"]):
@@ -104,7 +104,7 @@ def plot(traj: Trajectory, path: Path) -> None:
                     t[1:],
                     traj.P_F[1:, column] / dt,
                     where="pre",
-                    label=f"P_F{suffix}/dt {name}",
+                    label=f"P_F{suffix}/Δt {name}",
                     lw=1.0,
                     ls="--",
                 )
@@ -121,7 +121,7 @@ def plot(traj: Trajectory, path: Path) -> None:
             if np.max(forces) > top:
                 axes[1, 1].set_ylim(-top, top)
                 axes[1, 1].set_title("impacts exceed the axis", fontsize=8, loc="right")
-        axes[1, 1].set_ylabel("percussion / dt")
+        axes[1, 1].set_ylabel("mean force: percussion / Δt")
         for event in traj.events[:40]:
             for axis in axes.flat:
                 axis.axvline(event.t, color="0.85", lw=0.8, zorder=0)
