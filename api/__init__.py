@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from signorini.codegen.errors import GenerationError, ModelError
     from signorini.codegen.model import Model
     from signorini.codegen.symbols import norm, par, smooth
+    from signorini.codegen.table import table
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
@@ -30,6 +31,7 @@ _HOMES = {
     "par": "signorini.codegen.symbols",
     "smooth": "signorini.codegen.symbols",
     "norm": "signorini.codegen.symbols",
+    "table": "signorini.codegen.table",
     "build": "signorini.workflow",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
@@ -67,6 +69,7 @@ __all__ = [
     "norm",
     "par",
     "smooth",
+    "table",
 ]
 
 

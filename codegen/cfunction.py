@@ -77,6 +77,7 @@ class FunctionWriter:
         self.real = "real"  # the typedef that the runtime makes in the .c file
         self.precision = precision
         data = d.data
+        self._tables = {t.function: f"{prefix}_{name}" for name, t in data.tables}
         self._aliases: dict[int, tuple[str, str, str]] = {}
         used = set(_LOCAL)
         groups: tuple[tuple[str, ca.SX, str], ...] = (
@@ -333,7 +334,7 @@ class FunctionWriter:
         doc: tuple[str, ...] = (),
     ) -> CFunction:
         values = [v for b in blocks for v in b.values]
-        graph = Graph(values, names)
+        graph = Graph(values, names, self._tables)
         targets = [t for b in blocks for t in b.targets]
         temporaries, lines = statements(
             graph,

@@ -131,11 +131,15 @@ class _Printer:
     def _print(self, k: int) -> None:
         node = self.graph.nodes[k]
         text, precedence = self._expression(node)
-        leaf = node.op in ("symbol", "const") or (
+        leaf = node.op in ("symbol", "const", "entry") or (
             node.op == "neg" and self.graph.nodes[node.args[0]].op in ("symbol", "const")
         )
         simple = leaf and ("[" not in text or self.uses[k] <= 2 or node.op == "symbol")
-        if (self.uses[k] > 1 and not simple) or (len(text) > _WIDTH and not leaf):
+        if node.op == "cell":
+            name = self._numbered("cell")
+            self.temporaries += _wrap(f"const {self.real} *const {name} = {text};", "")
+            text, precedence = name, 9
+        elif (self.uses[k] > 1 and not simple) or (len(text) > _WIDTH and not leaf):
             name = self._name(node)
             kind = "int" if node.op in LOGICAL else self.real
             self.temporaries += _wrap(f"const {kind} {name} = {text};", "")
@@ -155,6 +159,15 @@ class _Printer:
                 name = f"w{self.numbered}"
         self.taken.add(name)
         return name
+
+    def _numbered(self, name: str) -> str:
+        """A name that is still free: this one, or with a number."""
+        free, k = name, 1
+        while free in self.taken:
+            k += 1
+            free = f"{name}_{k}"
+        self.taken.add(free)
+        return free
 
     def _operand(self, k: int, minimum: int) -> str:
         text, precedence = self.text[k]
@@ -182,6 +195,11 @@ class _Printer:
             return node.text, 9
         if op == "const":
             return self.precision.number(node.value), 9
+        if op == "cell":
+            place = ", ".join(self._value(a, 0) for a in node.args)
+            return f"{node.text}_at({place})", 9
+        if op == "entry":
+            return f"{self.text[node.args[0]][0]}[{node.text}]", 9
         if op == "neg":
             return f"-{self._value(node.args[0], 6)}", 6
         if op == "sq":

@@ -7,6 +7,7 @@ A name is a base quantity with derivative suffixes: ``g_N_q`` is the Jacobian of
 from dataclasses import dataclass
 
 import casadi as ca
+from signorini.codegen import table
 from signorini.codegen.magnitude import magnitude
 from signorini.codegen.model_data import ModelData
 
@@ -105,7 +106,7 @@ class Derivation:
         }
         if not stem or variable not in variables:
             raise KeyError(f"no derived function '{name}'")
-        return ca.sparsify(ca.jacobian(self[stem], variables[variable]))
+        return ca.sparsify(table.without_rates(ca.jacobian(self[stem], variables[variable])))
 
     # --- base quantities -------------------------------------------------------------------------
 
@@ -118,11 +119,14 @@ class Derivation:
     def _energy(self) -> ca.SX:
         return ca.dot(self["p"], self.data.v) - self.data.L
 
+    def _gradient(self, x: ca.SX) -> ca.SX:
+        return ca.densify(table.without_rates(ca.gradient(self.data.L, x)))
+
     def _p(self) -> ca.SX:
-        return ca.densify(ca.gradient(self.data.L, self.data.v))
+        return self._gradient(self.data.v)
 
     def _L_q(self) -> ca.SX:
-        return ca.densify(ca.gradient(self.data.L, self.data.q))
+        return self._gradient(self.data.q)
 
     def _force_size(self) -> ca.SX:
         size = magnitude(self["L_q"]) + magnitude(ca.densify(self["f"]))

@@ -34,6 +34,8 @@ class Graph:
         What is to be computed.
     names : mapping from element hash to C text
         How each symbol is written.
+    tables : mapping from the name of a table's CasADi function to C text
+        How the arrays of each table begin; the same name where there is none.
 
     Attributes
     ----------
@@ -43,7 +45,12 @@ class Graph:
         Node of each output.
     """
 
-    def __init__(self, outputs: Sequence[ca.SX], names: Mapping[int, str]) -> None:
+    def __init__(
+        self,
+        outputs: Sequence[ca.SX],
+        names: Mapping[int, str],
+        tables: Mapping[str, str] | None = None,
+    ) -> None:
         self.nodes: list[Node] = []
         self._index: dict[Node, int] = {}
         column = ca.vertcat(ca.SX(0, 1), *outputs)
@@ -63,6 +70,13 @@ class Graph:
                 register[to[0]] = self._constant(f.instruction_constant(k))
             elif op == ca.OP_ASSIGN:
                 register[to[0]] = register[inputs[0]]
+            elif op == ca.OP_CALL:
+                called = f.instructions_sx()[k].which_function().name()
+                text = (tables or {}).get(called, called)
+                cell = self._add(Node("cell", tuple(register[i] for i in inputs), text))
+                for entry, place in enumerate(to):
+                    if place >= 0:
+                        register[place] = self._add(Node("entry", (cell,), str(entry)))
             elif op in _UNARY:
                 register[to[0]] = self._unary(_UNARY[op], register[inputs[0]])
             else:
@@ -97,7 +111,7 @@ class Graph:
     @property
     def operations(self) -> int:
         """Number of operations that the outputs need."""
-        free = ("symbol", "const", "neg")
+        free = ("symbol", "const", "neg", "entry")
         return sum(self.nodes[k].op not in free for k in self._needed())
 
     def _needed(self) -> set[int]:

@@ -9,6 +9,8 @@ import casadi as ca
 from signorini.codegen.errors import ModelError
 from signorini.codegen.names import check_identifier, split_names
 from signorini.codegen.symbols import CasADi, SymPy, World, is_number, par
+from signorini.codegen.table import all_known
+from signorini.codegen.vouched import all_vouched, vouch
 
 # What a contact can be seen doing in one step; the sign of a slip does not count here.
 MOTIONS = (
@@ -116,7 +118,9 @@ class Model:
     def __reduce__(self) -> tuple[Any, ...]:
         # CasADi's symbols keep what they are to each other only within one context
         with ca.global_pickle_context():
-            return _unpickled, (type(self), pickle.dumps(self.__dict__))
+            # and expressions do not hold what was vouched for, and know a table by its name alone
+            beside = (all_known(), all_vouched()) if self.world.name == "casadi" else ([], [])
+            return _unpickled, (type(self), pickle.dumps((*beside, self.__dict__)))
 
     # --- symbols ---------------------------------------------------------------------------------
 
@@ -493,5 +497,8 @@ def _unpickled(kind: type[Model], content: bytes) -> Model:
     """A model sent from another process; its symbols are new ones, with the same names."""
     model = kind.__new__(kind)
     with ca.global_unpickle_context():
-        model.__dict__.update(pickle.loads(content))
+        _tables, vouched, declared = pickle.loads(content)
+        for expression in vouched:
+            vouch(expression)
+        model.__dict__.update(declared)
     return model

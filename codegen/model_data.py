@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import casadi as ca
+from signorini.codegen.table import Table
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,7 @@ class ModelData:
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[Contact, ...]
     outputs: tuple[tuple[str, ca.SX], ...]
+    tables: tuple[tuple[str, Table], ...]
     q0: ca.SX
     v0: ca.SX
     t0: ca.SX

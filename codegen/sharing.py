@@ -17,6 +17,7 @@ _CALL = 5  # a quotient, a root or a function of libm
 _COMMUTATIVE = frozenset({ca.OP_ADD, ca.OP_MUL})
 
 _Key = tuple[int, tuple[int, ...], float]
+_ENTRY = -1  # of what a call returns
 
 
 class _Nodes:
@@ -32,7 +33,8 @@ class _Nodes:
 
     def __init__(self, outputs: list[ca.SX]) -> None:
         self.keys: list[_Key] = []
-        index: dict[_Key, int] = {}
+        self._index: dict[_Key, int] = {}
+        self._called: list[ca.Function] = []
         column = ca.vertcat(ca.SX(0, 1), *outputs)
         self.symbols = ca.symvar(column)
         f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *self.symbols)], [column])
@@ -51,13 +53,30 @@ class _Nodes:
                 key: _Key = (op, (), float(inputs[1]))
             elif op == ca.OP_CONST:
                 key = (op, (), f.instruction_constant(k))
+            elif op == ca.OP_CALL:
+                called = self._number(f.instructions_sx()[k].which_function())
+                cell = self._place((op, tuple(register[i] for i in inputs), float(called)))
+                for entry, place in enumerate(to):
+                    register[place] = self._place((_ENTRY, (cell,), float(entry)))
+                continue
             else:
                 operands = tuple(register[i] for i in inputs)
                 key = (op, tuple(sorted(operands)) if op in _COMMUTATIVE else operands, 0.0)
-            if key not in index:
-                index[key] = len(self.keys)
-                self.keys.append(key)
-            register[to[0]] = index[key]
+            register[to[0]] = self._place(key)
+
+    def _place(self, key: _Key) -> int:
+        if key not in self._index:
+            self._index[key] = len(self.keys)
+            self.keys.append(key)
+        return self._index[key]
+
+    def _number(self, called: ca.Function) -> int:
+        """Number of a table's function; equal names are one."""
+        names = [f.name() for f in self._called]
+        if called.name() not in names:
+            self._called.append(called)
+            return len(names)
+        return names.index(called.name())
 
     def reach(self, roots: list[int]) -> set[int]:
         """All nodes that the given ones need."""
@@ -81,6 +100,10 @@ class _Nodes:
                 made[k] = self.symbols[int(value)]
             elif op == ca.OP_CONST:
                 made[k] = ca.SX(value)
+            elif op == ca.OP_CALL:
+                made[k] = self._called[int(value)](*(made[a] for a in operands))
+            elif op == _ENTRY:
+                made[k] = made[operands[0]][int(value)]
             elif len(operands) == 1:
                 made[k] = ca.SX.unary(op, made[operands[0]])
             else:
@@ -227,7 +250,7 @@ def _worth_keeping(nodes: _Nodes, common: set[int], roots: list[int]) -> list[in
     for k in sorted(common):
         op, operands, _ = nodes.keys[k]
         cost[k] = _COSTS.get(op, _CALL) + sum(cost[a] for a in operands)
-        if k in border and cost[k] >= _WORTH:
+        if k in border and cost[k] >= _WORTH and op != ca.OP_CALL:
             kept.append(k)
             cost[k] = 0
     return kept

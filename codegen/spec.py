@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
 from signorini.codegen.cprint import PRECISIONS, Precision
+from signorini.codegen.ctable import CTable, c_table
 from signorini.codegen.derive import Derivation
 from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.errors import GenerationError, ModelError
@@ -48,6 +49,7 @@ RUNTIME_FILES = (
     "sg_linalg.c",
     "sg_sparse.c",
     "sg_prox.c",
+    "sg_cell.c",
     "sg_types.h",
     "sg_calls.h",
     "sg_scale.c",
@@ -68,6 +70,7 @@ _TEMPLATE_MACROS = (
     *("SG", "SG_K", "SG_FLOAT", "SG_NQ", "SG_NU", "SG_NG", "SG_NGAMMA", "SG_NN", "SG_NF", "SG_NC"),
     *("SG_NK", "SG_NB", "SG_SPATIAL", "SG_DIRECTIONS", "SG_STAGES", "SG_NX_TOTAL", "SG_NL_TOTAL"),
     *("SG_PROBLEMS", "SG_TERMS", "SG_KEY", "SG_STABLE", "SG_STABLE_PHASE", "SG_MOBILITY"),
+    "SG_TABULATED",
 )
 
 # Public model functions and their arguments; those without entries are left out.
@@ -192,6 +195,7 @@ class EmitSpec:
     index_type: str
     mobility: bool
     tables: tuple[tuple[str, tuple[int, ...]], ...]
+    curves: tuple[CTable, ...]
     mass_places: tuple[int, ...]
     start: tuple[Step, ...]
     problems: tuple[ProblemSpec, ...]
@@ -293,7 +297,8 @@ class EmitSpec:
                 lines,
                 sum(f.operations for f in written),
                 sum(e.products for e in unrolled),
-            ),
+            )
+            + sum(real * c.numbers for c in self.curves),
             start=start,
             values=sum(count(p.values) for p in self.problems),
             derivatives=sum(count(p.derivatives) for p in self.problems),
@@ -487,6 +492,7 @@ class _Builder:
         )
         runtime = runtime_source()
         number = self.precision.number
+        curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
         return EmitSpec(
             version=__version__,
             model=data.name,
@@ -525,6 +531,7 @@ class _Builder:
             index_type=_index_type(tables),
             mobility=plan.inertia.mobility,
             tables=tables,
+            curves=curves,
             mass_places=_places(mass_tables, 0),
             start=start,
             problems=problems,
@@ -533,7 +540,7 @@ class _Builder:
             types=runtime_source(RUNTIME_FILES[:_TYPES]),
             runtime=runtime_source(RUNTIME_FILES[_TYPES:]),
             runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
-            model_hash=_model_hash(functions, data),
+            model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
             example_h=number(data.dt),
             example_steps=min(1000, round(data.t_end / data.dt)),
@@ -669,9 +676,11 @@ def _index_type(tables: _Tables) -> str:
     return "unsigned short" if top < 65536 else "unsigned long"
 
 
-def _model_hash(functions: tuple[CFunction, ...], data: ModelData) -> str:
+def _model_hash(
+    functions: tuple[CFunction, ...], data: ModelData, curves: tuple[CTable, ...]
+) -> str:
     """Content hash of what the model says, independent of its source text."""
-    text = repr((functions, data.coordinates, data.parameters, data.inputs))
+    text = repr((functions, data.coordinates, data.parameters, data.inputs, curves))
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import casadi as ca
 import sympy as sp
+from signorini.codegen import table
 
 _BINARY: dict[int, Callable[[Any, Any], Any]] = {
     ca.OP_ADD: lambda a, b: a + b,
@@ -79,6 +80,12 @@ def to_sympy(expr: ca.SX) -> sp.Matrix:
             work[out[0]] = _number(f.instruction_constant(k))
         elif op == ca.OP_INPUT:
             work[out[0]] = sp.Symbol(symbols[args[0]].name(), real=True)
+        elif op == ca.OP_CALL:
+            cell = table.known(f.instructions_sx()[k].which_function().name())
+            title = cell.name if cell is not None and cell.name else "table"
+            for entry, place in enumerate(out):
+                if place >= 0:
+                    work[place] = sp.Function(f"{title}_{entry}")(*(work[a] for a in args))
         elif op == ca.OP_OUTPUT:
             entries[out[1]] = work[args[0]]
         elif op in _UNARY:

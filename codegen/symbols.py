@@ -14,6 +14,7 @@ import sympy as sp
 from signorini.codegen import special, sympy_to_casadi
 from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
 from signorini.codegen.sympy_to_casadi import SympyToCasadi
+from signorini.codegen.vouched import is_vouched, vouch
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ class CasADi:
         while stack:
             node = stack.pop()
             key = node.element_hash()
-            if key in seen or key in _vouched or not node.n_dep():
+            if key in seen or is_vouched(key) or not node.n_dep():
                 continue
             seen.add(key)
             if node.op() in _NONSMOOTH_OPERATIONS and any(
@@ -167,9 +168,6 @@ _NONSMOOTH_OPERATIONS = frozenset(
         "OR",
     ]
 )
-# CasADi has no named wrapper for scalars, so vouched nodes are remembered; the reference keeps
-# the key unique.
-_vouched: dict[int, ca.SX] = {}
 
 
 def smooth(expr: Any) -> Any:
@@ -189,8 +187,7 @@ def smooth(expr: Any) -> Any:
         The same value.
     """
     if isinstance(expr, ca.SX):
-        _vouched[expr.element_hash()] = expr
-        return expr
+        return vouch(expr)
     return sympy_to_casadi.smooth(expr)
 
 

@@ -8,6 +8,7 @@ import casadi as ca
 import sympy as sp
 from signorini.codegen import special
 from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
+from signorini.codegen.table import Applied
 from signorini.codegen.terms import unique_nodes
 from sympy.codegen import cfunctions
 from sympy.core.function import AppliedUndef
@@ -269,6 +270,8 @@ class SympyToCasadi:
             return ca.logic_not(args[0])
         if isinstance(node, norm):
             return special.norm(args)
+        if isinstance(node, Applied):
+            return node.table.sx(args, node.orders)
         if type(node) in _UNARY:
             return _UNARY[type(node)](args[0])
         if type(node) in _FURTHER:

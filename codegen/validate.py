@@ -1,14 +1,17 @@
 """Checks a declared model and freezes it; every error names equation, symbol and remedy."""
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from signorini.codegen import table
 from signorini.codegen.errors import ModelError
 from signorini.codegen.model import ContactDeclaration, Model
 from signorini.codegen.model_data import Contact, ModelData, Parameter
 from signorini.codegen.operations import BY_NUMBER, PLUMBING
 from signorini.codegen.symbols import is_number
+from signorini.codegen.table import Table
 
 # Operations of CasADi without a counterpart in C99.
 _NOT_IN_C = {ca.OP_ERFINV: "erfinv", ca.OP_PRINTME: "printme", ca.OP_LIFT: "lift"}
@@ -44,6 +47,7 @@ class _Freezer:
         self.par = self._symbols(model.par)
         self.u = self._symbols(model.u)
         self.slips: list[tuple[str, ca.SX]] = []
+        self.tables: list[tuple[str, Table]] = []
 
     def _symbols(self, symbols: list[Any]) -> ca.SX:
         world = self.model.world
@@ -93,11 +97,13 @@ class _Freezer:
             outputs=tuple(
                 (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
             ),
+            tables=(),
             doc=model.doc,
             dt=model.suggested.get("dt", 1e-3),
             t_end=model.suggested.get("t_end", 1.0),
             **self.start(),
         )
+        data = replace(data, tables=tuple(self.tables))
         for equation, sx in self.slips:
             _check_affine(data, equation, sx)
         _check_mass_matrix(data)
@@ -143,13 +149,17 @@ class _Freezer:
         for k in range(f.n_instructions()):
             op = f.instruction_id(k)
             if op == ca.OP_CALL:
+                called = table.known(f.instructions_sx()[k].which_function().name())
+                if called is not None:
+                    self._take_table(equation, called)
+                    continue
                 raise ModelError(
                     self.name,
                     equation,
                     "contains the call of a CasADi function that is not made of elementary "
                     "operations, an interpolant for example",
                     "Expand it into SX with f.expand() where that is possible, or write the "
-                    "function out, a table as a Piecewise or a spline of your own",
+                    "function out; values between measured points come from sg.table",
                 )
             if op not in BY_NUMBER and op not in PLUMBING:
                 raise ModelError(
@@ -165,6 +175,19 @@ class _Freezer:
                     f"contains the number {f.instruction_constant(k)}",
                     "Every number must be finite",
                 )
+
+    def _take_table(self, equation: str, taken: Table) -> None:
+        if any(t is taken or t.function == taken.function for _, t in self.tables):
+            return
+        name = taken.name or f"table_{len(self.tables) + 1}"
+        if any(name == other for other, _ in self.tables):
+            raise ModelError(
+                self.name,
+                equation,
+                f"contains a second table called '{name}'",
+                "Give every table a name of its own",
+            )
+        self.tables.append((name, taken))
 
     def force(self) -> ca.SX:
         total = ca.SX.zeros(len(self.model.q), 1)

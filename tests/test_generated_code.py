@@ -29,6 +29,7 @@ from trap_models import (
     one_coordinate,
     only_constraints,
     rheonomic,
+    tabulated,
     unconstrained,
 )
 
@@ -51,7 +52,7 @@ STRICT = [
 ]
 GOLDEN = (bouncing_ball.model, slider_crank.model, slope.model)
 MODELS = (*GOLDEN, box_in_space.model, rheonomic, mixed_contacts, only_constraints, unconstrained,
-          one_coordinate)  # fmt: skip
+          one_coordinate, tabulated)  # fmt: skip
 # What a firmware engineer would take: the benchmarks, eight corners, inputs with constraints.
 FIRMWARE = (*GOLDEN, box_in_space.model, rheonomic)
 # Those of them that analysers get through within a minute.

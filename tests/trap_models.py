@@ -1,6 +1,7 @@
 """Models built to catch faults: every feature of the front end in an inconvenient place."""
 
 import casadi as ca
+import numpy as np
 import signorini as sg
 import sympy as sp
 
@@ -262,6 +263,33 @@ def forty_coordinates() -> sg.Model:
         q=[value for k in range(20) for value in (k % 5, k // 5 + 1)],
         v=[sp.Rational(3, 10) if k == 31 else 0 for k in range(40)],
     )
+    return m
+
+
+# A force, a gap and a potential from tables in one and two dimensions.
+DRAG = sg.table([-3.0, -1.0, 0.0, 1.0, 2.0, 5.0], [-4.0, -1.0, 0.0, 1.0, 3.0, 9.0], name="drag")
+GROUND = sg.table(
+    np.linspace(-1, 3, 9),
+    [0.1, 0.3, 0.0, -0.2, 0.1, 0.2, 0.15, 0.1, 0.1],
+    ends="periodic",
+    name="ground",
+)
+BUMPS = sg.table(
+    ([-1.0, 0.0, 1.0, 2.5], [0.0, 0.5, 1.0]),
+    [[0.0, 0.3, 0.1], [0.2, 0.7, 0.4], [0.0, 0.1, 0.6], [0.5, 0.2, 0.1]],
+    ends=("not-a-knot", "natural"),
+)
+
+
+def tabulated(symbols: str = "sympy") -> sg.Model:
+    """Tables in a force, a gap, a slip velocity and the Lagrangian."""
+    m = sg.Model("tabulated", symbols=symbols)
+    x, y = m.coordinates("x y")
+    vx, vy = m.velocities
+    m.lagrangian = (vx**2 + vy**2) / 2 - 9.81 * y - BUMPS(x, y) / 10
+    m.force([-DRAG(vx) / 10, 0])
+    m.contact("floor", g_N=y - GROUND(x), gamma_F=vx + vy * GROUND(x), mu=0.3, e_N=0.5)
+    m.initial_state(q=[0, 1], v=[1, 0])
     return m
 
 

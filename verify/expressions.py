@@ -7,6 +7,7 @@ evaluated node by node in complex arithmetic, double or mpmath; first derivative
 import cmath
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -14,7 +15,9 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 from signorini.codegen.model import Model
+from signorini.codegen.table import Applied, known
 from signorini.codegen.terms import unique_nodes
+from signorini.verify.splines import Spline
 from sympy.core.function import AppliedUndef
 
 DIGITS = 50
@@ -126,6 +129,7 @@ class _SymPy:
         self.modules = "mpmath" if high else "numpy"
         self.high = high
         self._functions: dict[Any, Callable[..., Any]] = {}
+        self._splines: dict[str, Spline] = {}
 
     @staticmethod
     def _plain(e: sp.Expr) -> sp.Expr:
@@ -146,13 +150,25 @@ class _SymPy:
     def _call(self, key: Any, expressions: list[sp.Expr], at: Any) -> list[Any]:
         if key not in self._functions:
             self._functions[key] = sp.lambdify(
-                self.symbols, expressions, modules=self.modules, cse=True
+                self.symbols,
+                expressions,
+                modules=[self._tables(expressions), self.modules],
+                cse=True,
             )
         numbers = [x for part in at for x in np.atleast_1d(np.asarray(part, dtype=object))]
         if self.high:
             with mp.workdps(DIGITS):
                 return list(self._functions[key](*(mp.mpf(x) for x in numbers)))
         return list(self._functions[key](*(float(x) for x in numbers)))
+
+    def _tables(self, expressions: list[sp.Expr]) -> dict[str, Callable[..., Any]]:
+        """Tables in the expressions, and derivatives of tables, by name."""
+        found = {type(a) for e in expressions for a in unique_nodes(e) if isinstance(a, Applied)}
+        for applied in found:
+            self._splines.setdefault(applied.table.function, Spline(applied.table))
+        return {
+            a.__name__: partial(self._splines[a.table.function].derivative, a.orders) for a in found
+        }
 
     def _array(self, values: list[Any]) -> Vector:
         return np.array(values, dtype=object if self.high else float)
@@ -203,6 +219,7 @@ class _CasADi:
         self.high = high
         self.operations = _operations(mp if high else cmath)
         self._programs: dict[str, list[tuple[int, list[int], list[int], float]]] = {}
+        self._splines: dict[str, list[Spline]] = {}
         self.step = mp.mpf(10) ** -40 if high else 1e-100
 
     def _numbers(self, at: Any) -> list[Any]:
@@ -239,9 +256,22 @@ class _CasADi:
             ]
         return self._programs[f.name()]
 
+    def _called(self, f: ca.Function) -> list[Spline]:
+        """The tables that a function calls, in the order of its instructions."""
+        if f.name() not in self._splines:
+            ids = [f.instruction_id(k) for k in range(f.n_instructions())]
+            nodes: Any = f.instructions_sx() if ca.OP_CALL in ids else None
+            names = [
+                nodes[k].which_function().name() for k, op in enumerate(ids) if op == ca.OP_CALL
+            ]
+            tables = [known(name) for name in names]
+            self._splines[f.name()] = [Spline(t) for t in tables if t is not None]
+        return self._splines[f.name()]
+
     def _run(self, f: ca.Function, x: list[Any]) -> list[Any]:
         make = mp.mpc if self.high else complex
         operate = self.operations
+        splines, next_call = self._called(f), 0
         work: list[Any] = [make(0)] * max(f.sz_w(), 1)
         out: list[Any] = [make(0)] * f.numel_out(0)
         nonzeros = f.sparsity_out(0).row() if f.numel_out(0) else []
@@ -250,6 +280,13 @@ class _CasADi:
                 work[o[0]] = make(x[i[1]])
             elif op == ca.OP_CONST:
                 work[o[0]] = make(constant)
+            elif op == ca.OP_CALL:
+                for place, number in zip(
+                    o, splines[next_call].cell([work[j] for j in i]), strict=True
+                ):
+                    if place >= 0:
+                        work[place] = make(number)
+                next_call += 1
             elif op == ca.OP_OUTPUT:
                 out[nonzeros[o[1]]] = work[i[0]]
             else:

@@ -59,6 +59,7 @@
 #undef SG_STAGNATION
 #undef SG_SUBSTEP_TURNS
 #undef SG_SWEEPS
+#undef SG_TABULATED
 #undef SG_TERMS
 #undef SG_TINY
 #undef SG_TOLERANCE
@@ -146,6 +147,8 @@
 #define sg_bound_change bouncing_ball_own_sg_bound_change
 #undef sg_budget
 #define sg_budget bouncing_ball_own_sg_budget
+#undef sg_cell
+#define sg_cell bouncing_ball_own_sg_cell
 #undef sg_central
 #define sg_central bouncing_ball_own_sg_central
 #undef sg_central_add
