@@ -50,6 +50,7 @@ app = App(
     name="signorini",
     help="From a symbolic mechanical model with contact to a standalone C stepper.",
     version=__version__,
+    suppress_keyboard_interrupt=False,
 )
 Pairs = Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())]
 Switch = Annotated[bool, Parameter(negative=())]
@@ -66,8 +67,13 @@ def main() -> None:
     except _EXPECTED as error:
         errors.print(f"error: {error}", style="red", markup=False, highlight=False)
         sys.exit(1)
-    except KeyboardInterrupt:
-        errors.print("interrupted")
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        errors.print(f"error: {where}{error.strerror or error}", style="red", markup=False)
+        sys.exit(1)
+    except KeyboardInterrupt as interruption:
+        text = f": {interruption}" if str(interruption) else ""
+        errors.print(f"interrupted{text}", markup=False, highlight=False, soft_wrap=True)
         sys.exit(130)
 
 
@@ -597,17 +603,26 @@ def stress(
     if workers is not None and workers < 1:
         raise RunError(f"--workers {workers}: give at least one")
     results = reporting.Results(names, numbers)
-    with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("steps", total=None)
-        for result in campaign(names, numbers, runs, seed, workers):
-            results.add(result)
-            bar.update(task, completed=results.total.steps)
-    with console.status("examining failed steps"):
-        unproven = results.examine()
+    interrupted, unproven = "", 0
+    try:
+        with Progress(console=console, transient=True) as bar:
+            task = bar.add_task("steps", total=None)
+            for result in campaign(names, numbers, runs, seed, workers):
+                results.add(result)
+                bar.update(task, completed=results.total.steps)
+        interrupted = "failed steps are not all examined"
+        with console.status("examining failed steps"):
+            unproven = results.examine()
+        interrupted = ""
+    except KeyboardInterrupt:
+        interrupted = interrupted or "the table holds the runs that had ended"
     results.show(console)
     if out is not None:
         results.save(out)
         console.print(f"table, data and failed steps: {out}", markup=False, highlight=False)
+    if interrupted:
+        console.print(f"interrupted: {interrupted}", markup=False, highlight=False)
+        sys.exit(130)
     if unproven:
         sys.exit(1)
 

@@ -1,9 +1,15 @@
 """A model over a grid of parameters and initial values: batches on processes, one store."""
 
+import atexit
 import contextlib
 import itertools
 import json
+import logging
 import math
+import multiprocessing
+import os
+import shutil
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -11,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from signorini.codegen.emit import staging_folder
 from signorini.runtime.arguments import grid, plain_number
 from signorini.runtime.batch import Batch
 from signorini.runtime.errors import RunError
@@ -206,50 +213,62 @@ class Store:
             "statuses": [name for name, _ in m["statuses"]],
             "sweep": json.loads(json.dumps(asdict(sweep))),
         }
-        if folder.exists() and any(folder.iterdir()):
-            try:
-                self.group = zarr.open_group(folder, mode="r+")
-                found = dict(self.group.attrs)
-            except Exception as error:  # zarr raises many kinds for folders that are none of its
-                raise RunError(f"{folder} is no store of a sweep ({error})") from None
-            if found != about:
-                keys = [k for k in about if found.get(k) != about[k]]
-                raise RunError(
-                    f"{folder} holds another sweep: {', '.join(keys) or 'its format'} differs. "
-                    "Choose another --out, or remove the folder"
-                )
-            return
-        self.group = zarr.open_group(folder, mode="w")
-        n, sizes = sweep.size, stepper.sizes
-        _, steps = grid(stepper.initial_state(None)[0], sweep.t_end, sweep.dt)
-        rows = -(-steps // min(sweep.every, steps + 1)) + 1
-        rows = min(rows, sweep.last) if sweep.last else rows
-        shapes: dict[str, tuple[int, ...]] = {
-            "t": (rows,),
-            "q": (rows, sizes["n_q"]),
-            "v": (rows, sizes["n_q"]),
-            "P": (rows, sizes["n_R"]),
-        }
-        for name, shape in shapes.items():
-            self._array(name, (n, *shape), (batch, *(max(x, 1) for x in shape)), "f8", np.nan)
-        self._array("smallest_gap", (n,), (batch,), "f8", np.nan)
-        self._array("energy_range", (n, 2), (batch, 2), "f8", np.nan)
-        for name in _SUMS:
-            self._array(name, (n,), (batch,), "i8", -1)
-        for name in ("steps", "status"):
-            self._array(name, (n,), (batch,), "i4", -1)
-        self._array("points", (n, len(sweep.axes)), (n, max(len(sweep.axes), 1)), "f8", np.nan)
-        self._array("done", (math.ceil(n / batch),), (1,), "i1", 0)
-        self.group["points"][:] = sweep.points()
-        # Last of all: a folder without attributes is no store.
-        self.group.attrs.update(about)
+        arrays = _arrays(stepper, sweep, batch)
+        if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+            self._make(folder, arrays, sweep, about)
+        try:
+            self.group = zarr.open_group(folder, mode="r+")
+            found = dict(self.group.attrs)
+        except Exception as error:  # zarr raises many kinds for folders that are none of its
+            raise RunError(f"{folder} is no store of a sweep ({error})") from None
+        if found != about:
+            keys = [k for k in about if found.get(k) != about[k]]
+            raise RunError(
+                f"{folder} holds another sweep: {', '.join(keys) or 'its format'} differs. "
+                "Choose another --out, or remove the folder"
+            )
+        self._check(folder, arrays, sweep)
 
-    def _array(
-        self, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], kind: str, fill: float
+    @staticmethod
+    def _make(
+        folder: Path, arrays: dict[str, "_Layout"], sweep: Sweep, about: dict[str, Any]
     ) -> None:
-        self.group.create_array(
-            name, shape=shape, chunks=chunks, dtype=kind, fill_value=fill, overwrite=True
-        )
+        """Make the store beside its place and put it there when it is complete."""
+        staging = folder
+        try:
+            staging = staging_folder(folder.resolve().parent)
+            group = _module("zarr").open_group(staging, mode="w")
+            for name, layout in arrays.items():
+                group.create_array(name, **asdict(layout))
+            group["points"][:] = sweep.points()
+            group.attrs.update(about)
+            staging.chmod(0o755)
+            staging.replace(folder)
+        except OSError as error:
+            raise RunError(f"cannot write {folder}: {error.strerror or error}") from None
+        finally:
+            if staging != folder:
+                shutil.rmtree(staging, ignore_errors=True)
+
+    def _check(self, folder: Path, arrays: dict[str, "_Layout"], sweep: Sweep) -> None:
+        """Raise unless every array is there and can be read where that matters."""
+        for name, layout in arrays.items():
+            try:
+                array = self.group[name]
+                whole = array.shape == layout.shape and array.chunks == layout.chunks
+                if name in ("done", "points"):
+                    values = np.asarray(array[:])
+                    whole &= name == "done" or np.array_equal(values, sweep.points())
+            except Exception as error:  # of many kinds, as above
+                raise RunError(
+                    f"{folder}: the array '{name}' is damaged ({error}); remove the folder and run "
+                    "the sweep again"
+                ) from None
+            if not whole:
+                raise RunError(
+                    f"{folder}: the array '{name}' is damaged; remove the folder and run the sweep "
+                    "again"
+                )
 
     @property
     def missing(self) -> list[int]:
@@ -258,10 +277,53 @@ class Store:
 
     def put(self, k: int, size: int, result: dict[str, Any]) -> None:
         """Write batch k, and only then that it is in."""
-        for name, values in result.items():
-            if values.size:
-                self.group[name][k * size : k * size + len(values)] = values
-        self.group["done"][k] = 1
+        try:
+            for name, values in result.items():
+                if values.size:
+                    self.group[name][k * size : k * size + len(values)] = values
+            self.group["done"][k] = 1
+        except OSError as error:
+            raise RunError(
+                f"cannot write batch {k} of the sweep: {error.strerror or error}; what is in the "
+                "store stays, and the same command goes on"
+            ) from None
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """One array of a store."""
+
+    shape: tuple[int, ...]
+    chunks: tuple[int, ...]
+    dtype: str
+    fill_value: float
+
+
+def _arrays(stepper: Stepper, sweep: Sweep, batch: int) -> dict[str, _Layout]:
+    """All arrays of the store of a sweep by name."""
+    n, sizes = sweep.size, stepper.sizes
+    _, steps = grid(stepper.initial_state(None)[0], sweep.t_end, sweep.dt)
+    rows = -(-steps // min(sweep.every, steps + 1)) + 1
+    rows = min(rows, sweep.last) if sweep.last else rows
+    shapes: dict[str, tuple[int, ...]] = {
+        "t": (rows,),
+        "q": (rows, sizes["n_q"]),
+        "v": (rows, sizes["n_q"]),
+        "P": (rows, sizes["n_R"]),
+        "smallest_gap": (),
+        "energy_range": (2,),
+    }
+    columns = max(len(sweep.axes), 1)
+    return {
+        **{
+            name: _Layout((n, *shape), (batch, *(max(x, 1) for x in shape)), "f8", np.nan)
+            for name, shape in shapes.items()
+        },
+        **{name: _Layout((n,), (batch,), "i8", -1) for name in _SUMS},
+        **{name: _Layout((n,), (batch,), "i4", -1) for name in ("steps", "status")},
+        "points": _Layout((n, len(sweep.axes)), (n, columns), "f8", np.nan),
+        "done": _Layout((math.ceil(n / batch),), (1,), "i1", 0),
+    }
 
 
 def run_sweep(
@@ -308,12 +370,22 @@ def run_sweep(
             [submit(k) for k in itertools.islice(queue, ahead)], with_results=True
         )
         done = total - len(missing)
-        for future, result in pending:
-            store.put(places.pop(future.key), batch, result)
-            done += 1
-            progress(done, total)
-            for k in itertools.islice(queue, 1):
-                pending.add(submit(k))
+        try:
+            for future, result in pending:
+                if isinstance(result, BaseException):
+                    raise RunError(
+                        f"the Dask scheduler gave the runs up; {done} of {total} batches are in "
+                        f"{out}, and the same command goes on"
+                    )
+                store.put(places.pop(future.key), batch, result)
+                done += 1
+                progress(done, total)
+                for k in itertools.islice(queue, 1):
+                    pending.add(submit(k))
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"{done} of {total} batches are in {out}; the same command goes on"
+            ) from None
     return store
 
 
@@ -368,15 +440,59 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
         except (OSError, ValueError, TimeoutError) as error:
             raise RunError(f"no Dask scheduler answers at {scheduler} ({error})") from None
         with client:
-            yield client
+            try:
+                yield client
+            except BaseException:
+                _silence()
+                raise
         return
-    with (
-        distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
+    try:
+        with _silent_children():
+            started = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+            )
+    except KeyboardInterrupt:
+        _end_at_once({})
+        raise
+    with started as cluster, distributed.Client(cluster) as client:
+        try:
+            yield client
+        except BaseException:
+            _end_at_once(cluster.workers)
+            raise
+
+
+@contextlib.contextmanager
+def _silent_children() -> Iterator[None]:
+    """What processes that start here write to stderr is not shown: their errors come as results."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def _silence() -> None:
+    """Nothing that Dask logs from now on is shown."""
+    for handler in logging.getLogger("distributed").handlers:
+        handler.setLevel(logging.CRITICAL + 1)
+
+
+def _end_at_once(nannies: Any) -> None:
+    """Kill the worker processes: what they compute is not waited for, and their end is no news."""
+    _silence()
+    for nanny in nannies.values():
+        nanny.auto_restart = False
+    for process in multiprocessing.active_children():
+        process.kill()
+    if not nannies:  # the cluster is half made and cannot be closed in order
+        from distributed.deploy.spec import close_clusters
+
+        atexit.unregister(close_clusters)
 
 
 def _module(name: str) -> Any:

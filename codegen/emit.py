@@ -87,8 +87,7 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
     _check_target(target, files)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        _remove_left_over(target.parent)
-        staging = Path(tempfile.mkdtemp(prefix=f"{_STAGING}{os.getpid()}-", dir=target.parent))
+        staging = staging_folder(target.parent)
     except OSError as error:
         raise GenerationError(f"cannot write to {target}: {error.strerror}") from None
     try:
@@ -109,6 +108,12 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
 
 
 _STAGING = ".signorini-"
+
+
+def staging_folder(parent: Path) -> Path:
+    """A new hidden folder to be filled and put in its place; those of dead processes go."""
+    _remove_left_over(parent)
+    return Path(tempfile.mkdtemp(prefix=f"{_STAGING}{os.getpid()}-", dir=parent))
 
 
 def _remove_left_over(parent: Path) -> None:

@@ -1,5 +1,6 @@
 """Run scenes, judge every step, add up."""
 
+import multiprocessing
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -163,9 +164,17 @@ def campaign(
         for task in tasks:
             yield run_scene(*task)
         return
-    with ProcessPoolExecutor(workers) as pool:
+    pool = ProcessPoolExecutor(workers)
+    try:
         for done in as_completed([pool.submit(run_scene, *task) for task in tasks]):
             yield done.result()
+    except BaseException:
+        # an interruption, or a caller that wants no more: a scene may take minutes to end by itself
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.kill()
+        raise
+    pool.shutdown()
 
 
 def chosen(names: Iterable[str]) -> list[str]:

@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 from signorini.runtime.errors import RunError
+from signorini.runtime.files import write_text
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.stress.campaign import RESCUES, Result, stepper_of
@@ -104,7 +105,7 @@ class Results:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise RunError(f"cannot write into {folder}: {error.strerror}") from None
-        (folder / "stress.md").write_text(self.markdown(), encoding="utf-8")
+        write_text(folder / "stress.md", self.markdown())
         rows = []
         for r in self.rows.values():
             row: dict[str, Any] = {f.name: getattr(r, f.name) for f in fields(r)}
@@ -112,7 +113,7 @@ class Results:
             row["iterations"] = {str(k): n for k, n in sorted(r.iterations.items())}
             rows.append(row)
         text = json.dumps({"rows": rows}, indent=1)
-        (folder / "stress.json").write_text(text + "\n", encoding="utf-8")
+        write_text(folder / "stress.json", text + "\n")
         for step, _ in self.verdicts:
             step.save(folder / f"{name_of(step)}.json")
 

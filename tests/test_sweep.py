@@ -1,8 +1,12 @@
 """Sweeps: runs are those alone, an interrupted sweep goes on, the diagram is the known one."""
 
 import math
+import os
+import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +78,91 @@ def test_folders_that_are_no_store(tmp_path: Path) -> None:
     with pytest.raises(sg.RunError, match="no store of a sweep"):
         collect(compiled, tmp_path, [])
     assert (tmp_path / "letter.txt").read_text() == "dear reader"
+
+
+def test_damaged_stores_are_refused(tmp_path: Path) -> None:
+    """One message for each: nothing is said to be in that cannot be read."""
+    compiled = sg.build(bouncing_ball.model(), stages=2)
+    sweeping.Store(tmp_path / "whole", compiled, PLAN, 4)
+    assert [p.name for p in tmp_path.iterdir()] == ["whole"]  # nothing beside it
+
+    def damage(store: Path, kind: str) -> None:
+        if kind == "array gone":
+            shutil.rmtree(store / "q")
+        elif kind == "array's description":
+            (store / "v" / "zarr.json").write_text("{")
+        elif kind == "another shape":
+            shutil.copy(store / "q" / "zarr.json", store / "t" / "zarr.json")
+        elif kind == "points":
+            for path in (store / "points" / "c").rglob("*"):
+                if path.is_file():
+                    path.write_bytes(b"x")
+        elif kind == "no group":
+            (store / "zarr.json").unlink()
+        else:
+            shutil.rmtree(store)
+            store.write_text("no folder")
+
+    for kind, says in (
+        ("array gone", "the array 'q' is damaged"),
+        ("array's description", "the array 'v' is damaged"),
+        ("another shape", "the array 't' is damaged"),
+        ("points", "the array 'points' is damaged"),
+        ("no group", "no store of a sweep"),
+        ("a file", "no store of a sweep"),
+    ):
+        store = tmp_path / kind.replace(" ", "_")
+        shutil.copytree(tmp_path / "whole", store)
+        damage(store, kind)
+        with pytest.raises(sg.RunError, match=says):
+            sweeping.Store(store, compiled, PLAN, 4)
+
+
+def interrupt(tmp_path: Path, *command: str) -> tuple[int, str]:
+    """Start a command, press Ctrl-C when it computes; status, and what it said."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", _START, *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        cwd=tmp_path,
+        start_new_session=True,
+    )
+    time.sleep(15)
+    os.killpg(process.pid, signal.SIGINT)
+    said, _ = process.communicate(timeout=20)  # workers are not waited for
+    return process.returncode, said
+
+
+# As a terminal starts it: Ctrl-C is heard, also where the tests run without it.
+_START = """import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from signorini.cli import main
+sys.argv[0] = "signorini"
+main()
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("what", ["sweep", "stress"])
+def test_ctrl_c_ends_it_with_one_message(what: str, tmp_path: Path) -> None:
+    if what == "sweep":
+        status, said = interrupt(
+            tmp_path,
+            *("sweep", "bouncing_ball", "--over", "y=1:2:4000", "--t-end", "20", "--dt", "1e-4"),
+            *("--every", "100", "--batch", "50", "--workers", "2", "--out", "s.zarr"),
+        )
+        assert "batches are in s.zarr; the same command goes on" in said
+    else:
+        status, said = interrupt(
+            tmp_path,
+            *("stress", "--scenes", "groove", "box_tumbles", "--runs", "400", "--workers", "2"),
+            *("--out", "s"),
+        )
+        assert "interrupted: the table holds the runs that had ended" in said
+        assert (tmp_path / "s" / "stress.json").is_file()
+    assert status == 130
+    assert "Traceback" not in said
 
 
 @pytest.mark.parametrize(
