@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from signorini.version import __version__
 
 if TYPE_CHECKING:
-    from signorini.codegen.errors import GenerationError, ModelError
-    from signorini.codegen.model import Model
-    from signorini.codegen.symbols import norm, par, smooth
-    from signorini.codegen.table import table
+    from signorini.codegen.frontend.errors import GenerationError, ModelError
+    from signorini.codegen.frontend.model import Model
+    from signorini.codegen.frontend.symbols import norm, par, smooth
+    from signorini.codegen.frontend.table import table
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 # Imported on first use: loading a stepper must not need the symbolic packages.
 _HOMES = {
-    "Model": "signorini.codegen.model",
-    "ModelError": "signorini.codegen.errors",
-    "GenerationError": "signorini.codegen.errors",
-    "par": "signorini.codegen.symbols",
-    "smooth": "signorini.codegen.symbols",
-    "norm": "signorini.codegen.symbols",
-    "table": "signorini.codegen.table",
+    "Model": "signorini.codegen.frontend.model",
+    "ModelError": "signorini.codegen.frontend.errors",
+    "GenerationError": "signorini.codegen.frontend.errors",
+    "par": "signorini.codegen.frontend.symbols",
+    "smooth": "signorini.codegen.frontend.symbols",
+    "norm": "signorini.codegen.frontend.symbols",
+    "table": "signorini.codegen.frontend.table",
     "build": "signorini.workflow",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",

@@ -19,7 +19,7 @@ from rich.progress import (
     track,
 )
 from rich.table import Table
-from signorini.codegen.errors import GenerationError, ModelError
+from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.runtime.arguments import plain_number
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
@@ -630,7 +630,7 @@ def stress(
 @app.command(name="list")
 def list_models() -> None:
     """List the models that come with the package."""
-    from signorini.codegen.validate import freeze
+    from signorini.codegen.frontend.validate import freeze
     from signorini.locate import find_model, shipped
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 0, 0, 1))

@@ -10,8 +10,8 @@ import traceback
 from pathlib import Path
 
 import signorini.models
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
 from signorini.runtime.errors import RunError
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from signorini import report
-from signorini.codegen.model import Model
-from signorini.codegen.validate import freeze
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.validate import freeze
 from signorini.runtime.files import write_whole
 from signorini.runtime.trajectory import Trajectory
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import sympy as sp
 from rich.console import Console
 from rich.table import Table
-from signorini.codegen.derive import QUANTITIES, Derivation
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
-from signorini.codegen.sx_to_sympy import operations, to_sympy
-from signorini.codegen.validate import freeze
+from signorini.codegen.derive.quantities import QUANTITIES, Derivation
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.sx_to_sympy import operations, to_sympy
+from signorini.codegen.frontend.validate import freeze
 
 # In the order of the equations of motion; mu, e_N, e_F and the like are numbers of contacts.
 SHOWN = (

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from signorini.codegen.emit import staging_folder
+from signorini.codegen.c.emit import staging_folder
 from signorini.runtime.arguments import grid, plain_number
 from signorini.runtime.batch import Batch
 from signorini.runtime.errors import RunError

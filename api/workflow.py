@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from signorini.codegen import emit
-from signorini.codegen.errors import GenerationError
-from signorini.codegen.model import Model
-from signorini.codegen.names import HEADERS
-from signorini.codegen.spec import emit_spec
-from signorini.codegen.validate import freeze
+from signorini.codegen.c import emit
+from signorini.codegen.c.spec import emit_spec
+from signorini.codegen.frontend.errors import GenerationError
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.names import HEADERS
+from signorini.codegen.frontend.validate import freeze
 from signorini.runtime.compile import cache_folder
 from signorini.runtime.library import read_manifest
 from signorini.runtime.stepper import Stepper, load

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import cos, sin
 
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.model import Model
 from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
 
 

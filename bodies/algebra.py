@@ -5,8 +5,8 @@ from typing import Any, Protocol
 
 import casadi as ca
 import sympy as sp
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
 
 Vector = tuple[Any, ...]
 Matrix = tuple[Vector, ...]

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
-from signorini.codegen.symbols import par
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.symbols import par
 from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixElement
 from sympy.physics.mechanics import (

@@ -3,9 +3,9 @@
 from typing import Any
 
 from signorini.bodies.algebra import Vector, dot, number, scale
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
-from signorini.codegen.symbols import is_number
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.symbols import is_number
 
 _CLOSE = 1e-9
 

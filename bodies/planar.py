@@ -9,7 +9,7 @@ from signorini.bodies.given import positive, unit
 from signorini.bodies.polygons import outline, pairs
 from signorini.bodies.scene import Scene
 from signorini.bodies.shapes import tangents
-from signorini.codegen.errors import ModelError
+from signorini.codegen.frontend.errors import ModelError
 
 
 class Planar(Scene):

@@ -14,8 +14,8 @@ from typing import Any
 
 from signorini.bodies.algebra import Algebra, Vector, dot, number, subtract
 from signorini.bodies.frames import Point
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
 
 _TIE = 1e-9  # of the size of a polygon: axes and projections closer than this count as equal
 

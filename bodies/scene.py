@@ -7,8 +7,8 @@ from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, t
 from signorini.bodies.frames import Frame, Point
 from signorini.bodies.given import positive, unit
 from signorini.bodies.shapes import Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
 
 
 class Scene:

@@ -8,7 +8,7 @@ from signorini.bodies.frames import Frame, Point, turned_in_space
 from signorini.bodies.given import positive, unit
 from signorini.bodies.scene import Scene
 from signorini.bodies.shapes import perpendicular
-from signorini.codegen.errors import ModelError
+from signorini.codegen.frontend.errors import ModelError
 
 
 class Spatial(Scene):

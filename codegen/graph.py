@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-from signorini.codegen.operations import OPERATIONS
+from signorini.codegen.frontend.operations import OPERATIONS
 
 _UNARY = {o.op: o.name for o in OPERATIONS if o.arity == 1}
 _BINARY = {o.op: o.name for o in OPERATIONS if o.arity == 2}

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import casadi as ca
+from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.graph import Graph
-from signorini.codegen.model_data import ModelData
-from signorini.codegen.scheme import Point, Terms
+from signorini.codegen.program import Point, Terms
 
 # Operations below which a term is computed again: reading it back would cost as much.
 _WORTH = 3

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.model import Model
 
 
 @dataclass(frozen=True)

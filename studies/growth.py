@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import signorini as sg
 from signorini.bodies import Planar, Spatial, inertia
-from signorini.codegen.emit import render, write
-from signorini.codegen.spec import emit_spec
-from signorini.codegen.validate import freeze
+from signorini.codegen.c.emit import render, write
+from signorini.codegen.c.spec import emit_spec
+from signorini.codegen.frontend.validate import freeze
 
 
 def chain(links: int, redundant: bool) -> sg.Model:

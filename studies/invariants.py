@@ -14,7 +14,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 from signorini import Model, Stepper, build
-from signorini.codegen.tableau import lobatto
+from signorini.codegen.schemes.tableau import lobatto
 from signorini.models import slope
 from signorini.studies.claims import Claim, near
 from signorini.studies.paper import Progress, Study, error, slope_of

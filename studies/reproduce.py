@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from signorini.codegen.errors import GenerationError
+from signorini.codegen.frontend.errors import GenerationError
 from signorini.runtime.compile import describe_machine
 from signorini.studies import figures, invariants, limits, paper
 from signorini.studies.claims import Claim, markdown

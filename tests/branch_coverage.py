@@ -10,7 +10,7 @@ import subprocess
 from collections import defaultdict
 from pathlib import Path
 
-from signorini.codegen.emit import RUNTIME_END, TABLES_BEGIN
+from signorini.codegen.c.emit import RUNTIME_END, TABLES_BEGIN
 
 MARKER = re.compile(r"^/\* ---- (sg_\w+\.[ch]) -+ \*/\n\n", re.MULTILINE)
 REPORT = Path(__file__).resolve().parent.parent / "build" / "branches.txt"

@@ -16,8 +16,8 @@ class Mutant(NamedTuple):
     new: str
 
 
-D, L, G, P = "codegen/derive.py", "codegen/lobatto.py", "codegen/graph.py", "codegen/cprint.py"
-T, C, S = "codegen/tableau.py", "codegen/sympy_to_casadi.py", "codegen/spec.py"
+D, L, G, P = "codegen/derive/quantities.py", "codegen/schemes/lobatto.py", "codegen/graph.py", "codegen/c/printer.py"
+T, C, S = "codegen/schemes/tableau.py", "codegen/frontend/sympy_to_casadi.py", "codegen/c/spec.py"
 PATH = "runtime/c/sg_path.c"
 CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
@@ -25,7 +25,7 @@ NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime
 STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
 
-FULL = "codegen/full_order.py"
+FULL = "codegen/schemes/full_order.py"
 LEAST = "runtime/c/sg_least.c"
 
 MUTANTS: tuple[Mutant, ...] = (
@@ -55,10 +55,10 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("last stage left out of the end row", L, 'r = r - self.b(s - 1) * self.at(s - 1, "F")', 'r = r - 0 * self.at(s - 1, "F")'),
     Mutant("percussions of inner stages counted twice", L, "last = last - self.b(j) * self.R(j)\n        # b_s", "last = last + self.b(j) * self.R(j)\n        # b_s"),
     Mutant("b_0 for b_j in the end row", L, 'r = r - self.b(j) * self.at(j, "F")', 'r = r - self.b(0) * self.at(j, "F")'),
-    Mutant("restitution with the sign flipped", "codegen/scheme.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(-e_N[k] * g_N_dot[normal])"),
-    Mutant("e_N squared", "codegen/scheme.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(e_N[k] * e_N[k] * g_N_dot[normal])"),
-    Mutant("e_F left out", "codegen/scheme.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [0 * e_F[k] * gamma_F[first + j]"),
-    Mutant("restitution of the wrong slip row", "codegen/scheme.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [e_F[k] * gamma_F[first]"),
+    Mutant("restitution with the sign flipped", "codegen/program.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(-e_N[k] * g_N_dot[normal])"),
+    Mutant("e_N squared", "codegen/program.py", "xi_N.append(e_N[k] * g_N_dot[normal])", "xi_N.append(e_N[k] * e_N[k] * g_N_dot[normal])"),
+    Mutant("e_F left out", "codegen/program.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [0 * e_F[k] * gamma_F[first + j]"),
+    Mutant("restitution of the wrong slip row", "codegen/program.py", "xi_F += [e_F[k] * gamma_F[first + j]", "xi_F += [e_F[k] * gamma_F[first]"),
     Mutant("dp/dq left out of A", L, 'block = self.h * self.a(i, k) * self.at(i, "p_q")', 'block = 0 * self.h * self.a(i, k) * self.at(i, "p_q")'),
     Mutant("dF/dv left out of A", L, 'return value + self.at(j, "F_v") if j == k else value', "return value"),
     Mutant("dF/dq with half weight", L, 'value = self.h * self.a(j, k) * self.at(j, "F_q")', 'value = self.h * self.a(j, k) * self.at(j, "F_q") / 2'),
@@ -92,9 +92,9 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a tolerance that never fires", NEWTON, "if (!(*measure < SG_HUGE)) {", "*measure = SG_C(0.0);\n        if (!(*measure < SG_HUGE)) {"),
     Mutant("open contacts keep their percussion", NEWTON, "w->dlambda[k] = -known;", "w->dlambda[k] = SG_C(0.0);"),
     Mutant("bilateral rows of the border with the wrong sign", SMOOTH, "w->bordered ? -w->y[", "w->bordered ? w->y["),
-    Mutant("straight-line elimination adds products", "codegen/elimination.py", 'return " - ".join([start, *terms])', 'return " + ".join([start, *terms])'),
+    Mutant("straight-line elimination adds products", "codegen/c/elimination.py", 'return " - ".join([start, *terms])', 'return " + ".join([start, *terms])'),
     Mutant("elimination by tables adds products", "runtime/c/sg_sparse.c", "row[index[m]] -= factor * LU[m];", "row[index[m]] += factor * LU[m];"),
-    Mutant("mobility without the pivots", "codegen/scheme.py", "total += y[i] * y[i] / D[i]", "total += y[i] * y[i]"),
+    Mutant("mobility without the pivots", "codegen/program.py", "total += y[i] * y[i] / D[i]", "total += y[i] * y[i]"),
     Mutant("vanishing pivots pass", "runtime/c/sg_sparse.c", "if (!(size * least * scale[i] < SG_C(1.0)) || !(size > SG_C(0.0))) {", "if (0) {"),
     Mutant("the order of elimination is forgotten in a step", NEWTON, "w->x[pr->x + unknown] = w->x_old[unknown] + alpha * w->dx[i];", "w->x[pr->x + i] = w->x_old[i] + alpha * w->dx[i];"),
     Mutant("the step of Newton has the wrong sign", SMOOTH, "w->dx[k] = -w->r[sg_table[pr->K.order + k]];", "w->dx[k] = w->r[sg_table[pr->K.order + k]];"),
@@ -140,10 +140,10 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("corners meet edges that they do not face", "bodies/polygons.py", "algebra.minimum(inside, _fold(algebra.maximum, terms))", "inside"),
     Mutant("ends of the reference edge meet nothing", "bodies/polygons.py", "terms.append(algebra.minimum(leads[1 - side][k], incident))", "pass"),
     Mutant("an edge counts behind itself up to its ends", "bodies/shapes.py", "inside + edge.beyond + behind", "inside + edge.beyond"),
-    Mutant("Moreau's middle at the end", "codegen/moreau.py", "q_n + h / 2 * v_n", "q_n + h * v_n"),
-    Mutant("open contacts act in Moreau's scheme", "codegen/moreau.py", "else -c.g_N", "else c.g_N"),
+    Mutant("Moreau's middle at the end", "codegen/schemes/moreau.py", "q_n + h / 2 * v_n", "q_n + h * v_n"),
+    Mutant("open contacts act in Moreau's scheme", "codegen/schemes/moreau.py", "else -c.g_N", "else c.g_N"),
     Mutant("force without dp/dt", D, ' - self["p_t"])', ")"),
-    Mutant("terms of a difference cancel", "codegen/magnitude.py", "ca.OP_SUB: lambda a, b: a + b", "ca.OP_SUB: lambda a, b: a - b"),
+    Mutant("terms of a difference cancel", "codegen/derive/magnitude.py", "ca.OP_SUB: lambda a, b: a + b", "ca.OP_SUB: lambda a, b: a - b"),
     Mutant("planar turn with the wrong sign", "bodies/frames.py", "return (-omega * vector[1], omega * vector[0])", "return (omega * vector[1], -omega * vector[0])"),
     Mutant("support point of the ellipsoid outside", "bodies/shapes.py", "reach = scale(-1 / height", "reach = scale(1 / height"),
     Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.codegen.derive import Derivation
-from signorini.codegen.magnitude import magnitude
-from signorini.codegen.sx_to_sympy import to_sympy
-from signorini.codegen.validate import freeze
+from signorini.codegen.derive.magnitude import magnitude
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.frontend.sx_to_sympy import to_sympy
+from signorini.codegen.frontend.validate import freeze
 from signorini.models import box, rocking_block, slope
 from signorini.picture import poses
 from signorini.show import derived, latex

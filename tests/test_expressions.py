@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.codegen.operations import OPERATIONS, PLUMBING
-from signorini.codegen.sx_to_sympy import to_sympy
-from signorini.codegen.terms import unique_nodes
+from signorini.codegen.frontend.operations import OPERATIONS, PLUMBING
+from signorini.codegen.frontend.sx_to_sympy import to_sympy
+from signorini.codegen.frontend.terms import unique_nodes
 from signorini.verify import expressions
 from sympy.codegen import cfunctions
 

@@ -100,7 +100,7 @@ def test_a_killed_generation_can_be_repeated(
         "import os, sys\n"
         "from pathlib import Path\n"
         "import signorini as sg\n"
-        "from signorini.codegen import emit\n"
+        "from signorini.codegen.c import emit\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "from test_files import point\n"
         "count, at = [0], int(sys.argv[1])\n"

@@ -9,8 +9,8 @@ import pytest
 import signorini as sg
 import sympy as sp
 from signorini.bodies import Ellipsoid, Round, Spatial, inertia
-from signorini.codegen.errors import GenerationError
-from signorini.codegen.tableau import lobatto
+from signorini.codegen.frontend.errors import GenerationError
+from signorini.codegen.schemes.tableau import lobatto
 from signorini.models import ball_on_turntable, bouncing_ball, chaplygin_sleigh, slope
 from trap_models import only_constraints, unconstrained
 

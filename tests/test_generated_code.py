@@ -13,15 +13,15 @@ import casadi as ca
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.codegen.emit import (
+from signorini.codegen.c.emit import (
     RUNTIME_BEGIN,
     RUNTIME_END,
     TABLES_BEGIN,
     TABLES_END,
     render,
 )
-from signorini.codegen.spec import emit_spec, runtime_source
-from signorini.codegen.validate import freeze
+from signorini.codegen.c.spec import emit_spec, runtime_source
+from signorini.codegen.frontend.validate import freeze
 from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
 from trap_models import (
     chain,

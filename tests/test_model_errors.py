@@ -6,7 +6,7 @@ import casadi as ca
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.codegen.validate import freeze
+from signorini.codegen.frontend.validate import freeze
 
 
 def base(symbols: str = "sympy") -> sg.Model:

@@ -106,7 +106,7 @@ def plant(m: Mutant, folder: Path) -> dict[str, str]:
         "PYTHONDONTWRITEBYTECODE": "1",
     }
     found = subprocess.run(
-        [sys.executable, "-c", "import signorini.codegen.model as m; print(m.__file__)"],
+        [sys.executable, "-c", "import signorini.codegen.frontend.model as m; print(m.__file__)"],
         cwd=folder,
         env=environment,
         capture_output=True,

@@ -17,7 +17,7 @@ NEEDED = (
     "api/cli.py",
     "api/py.typed",
     "bodies/planar.py",
-    "codegen/lobatto.py",
+    "codegen/schemes/lobatto.py",
     "models/slider_crank.py",
     "runtime/c/sg_newton.c",
     "runtime/c/sg_real.h",

@@ -8,7 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import signorini as sg
-from signorini.codegen.tableau import first_instability, lobatto
+from signorini.codegen.schemes.tableau import first_instability, lobatto
 from signorini.locate import shipped
 from signorini.runtime.stability import stable_step
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from signorini.codegen.errors import GenerationError
+from signorini.codegen.frontend.errors import GenerationError
 from signorini.studies import figures, invariants, limits, paper, reproduce
 from signorini.studies.claims import Claim, markdown, near
 

@@ -3,7 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from signorini.codegen.tableau import lobatto
+from signorini.codegen.schemes.tableau import lobatto
 from signorini.verify.reference import coefficients
 
 

@@ -10,7 +10,7 @@ import signorini as sg
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from signorini.codegen.table import Table
+from signorini.codegen.frontend.table import Table
 from signorini.verify.splines import Spline
 from trap_models import BUMPS, DRAG, GROUND, tabulated
 

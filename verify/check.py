@@ -10,8 +10,8 @@ from typing import Any
 
 import mpmath as mp
 import numpy as np
-from signorini.codegen.cfunction import equation_of
-from signorini.codegen.model import Model
+from signorini.codegen.c.functions import equation_of
+from signorini.codegen.frontend.model import Model
 from signorini.runtime.compile import find_compiler
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.stepper import Stepper

@@ -14,9 +14,9 @@ import casadi as ca
 import mpmath as mp
 import numpy as np
 import sympy as sp
-from signorini.codegen.model import Model
-from signorini.codegen.table import Applied, known
-from signorini.codegen.terms import unique_nodes
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.table import Applied, known
+from signorini.codegen.frontend.terms import unique_nodes
 from signorini.verify.splines import Spline
 from sympy.core.function import AppliedUndef
 

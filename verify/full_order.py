@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 import mpmath as mp
 import numpy as np
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.model import Model
 from signorini.verify.expressions import DIGITS, Expressions
 from signorini.verify.reference import Reference, Step, Unknowns
 

@@ -3,7 +3,7 @@
 from typing import Any, ClassVar
 
 import numpy as np
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.model import Model
 from signorini.verify.reference import Reference, Step, Unknowns, prox_residual
 
 

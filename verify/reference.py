@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
-from signorini.codegen.model import Model
+from signorini.codegen.frontend.model import Model
 from signorini.verify.expressions import Expressions
 
 

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from signorini.codegen.table import Table
+from signorini.codegen.frontend.table import Table
 
 
 class Spline:

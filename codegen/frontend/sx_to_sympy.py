@@ -5,7 +5,7 @@ from typing import Any
 
 import casadi as ca
 import sympy as sp
-from signorini.codegen import table
+from signorini.codegen.frontend import table
 
 _BINARY: dict[int, Callable[[Any, Any], Any]] = {
     ca.OP_ADD: lambda a, b: a + b,

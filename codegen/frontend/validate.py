@@ -5,13 +5,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from signorini.codegen import table
-from signorini.codegen.errors import ModelError
-from signorini.codegen.model import ContactDeclaration, Model
-from signorini.codegen.model_data import Contact, ModelData, Parameter
-from signorini.codegen.operations import BY_NUMBER, PLUMBING
-from signorini.codegen.symbols import is_number
-from signorini.codegen.table import Table
+from signorini.codegen.frontend import table
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import ContactDeclaration, Model
+from signorini.codegen.frontend.model_data import Contact, ModelData, Parameter
+from signorini.codegen.frontend.operations import BY_NUMBER, PLUMBING
+from signorini.codegen.frontend.symbols import is_number
+from signorini.codegen.frontend.table import Table
 
 # Operations of CasADi without a counterpart in C99.
 _NOT_IN_C = {ca.OP_ERFINV: "erfinv", ca.OP_PRINTME: "printme", ca.OP_LIFT: "lift"}

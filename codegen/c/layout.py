@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from signorini.codegen.model_data import ModelData
-from signorini.codegen.scheme import Scheme
+from signorini.codegen.frontend.model_data import ModelData
+from signorini.codegen.program import Scheme
 
 STATUSES: tuple[tuple[str, str], ...] = (
     ("OK", "solved"),

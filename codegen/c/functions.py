@@ -5,10 +5,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-from signorini.codegen.cprint import Precision, statements
-from signorini.codegen.derive import QUANTITIES, Derivation
+from signorini.codegen.c.printer import Precision, statements
+from signorini.codegen.derive.quantities import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
-from signorini.codegen.scheme import Assembly, Point
+from signorini.codegen.program import Assembly, Point
 
 _LOCAL = frozenset(
     {"t", "q", "v", "u", "par", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}

@@ -2,7 +2,7 @@
 
 import re
 
-from signorini.codegen.errors import ModelError
+from signorini.codegen.frontend.errors import ModelError
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import casadi as ca
-from signorini.codegen.table import Table
+from signorini.codegen.frontend.table import Table
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 
 import jinja2
-from signorini.codegen.errors import GenerationError
-from signorini.codegen.spec import EmitSpec, manifest
+from signorini.codegen.c.spec import EmitSpec, manifest
+from signorini.codegen.frontend.errors import GenerationError
 
 # Name of each file in the folder, with the template it comes from.
 TEMPLATES = {

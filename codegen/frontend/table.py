@@ -16,9 +16,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import sympy as sp
-from signorini.codegen.errors import refuse_tuple
-from signorini.codegen.names import check_identifier
-from signorini.codegen.vouched import vouch
+from signorini.codegen.frontend.errors import refuse_tuple
+from signorini.codegen.frontend.names import check_identifier
+from signorini.codegen.frontend.vouched import vouch
 
 ENDS = ("natural", "not-a-knot", "periodic")
 _DEGREE = 3

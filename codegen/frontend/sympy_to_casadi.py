@@ -6,10 +6,10 @@ from typing import Any
 
 import casadi as ca
 import sympy as sp
-from signorini.codegen import special
-from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
-from signorini.codegen.table import Applied
-from signorini.codegen.terms import unique_nodes
+from signorini.codegen.frontend import special
+from signorini.codegen.frontend.errors import ModelError, foreign_symbol, refuse_tuple
+from signorini.codegen.frontend.table import Applied
+from signorini.codegen.frontend.terms import unique_nodes
 from sympy.codegen import cfunctions
 from sympy.core.function import AppliedUndef
 from sympy.functions.elementary.piecewise import ExprCondPair

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
-from signorini.codegen.errors import ModelError
-from signorini.codegen.names import check_identifier, split_names
-from signorini.codegen.symbols import CasADi, SymPy, World, is_number, par
-from signorini.codegen.table import all_known
-from signorini.codegen.vouched import all_vouched, vouch
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.names import check_identifier, split_names
+from signorini.codegen.frontend.symbols import CasADi, SymPy, World, is_number, par
+from signorini.codegen.frontend.table import all_known
+from signorini.codegen.frontend.vouched import all_vouched, vouch
 
 # What a contact can be seen doing in one step; the sign of a slip does not count here.
 MOTIONS = (

@@ -10,13 +10,8 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from signorini.codegen.cfunction import CFunction, FunctionWriter, Section
-from signorini.codegen.cprint import PRECISIONS, Precision
-from signorini.codegen.ctable import CTable, c_table
-from signorini.codegen.derive import Derivation
-from signorini.codegen.elimination import UNROLLED, Elimination, eliminate
-from signorini.codegen.errors import GenerationError, ModelError
-from signorini.codegen.footprint import (
+from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
+from signorini.codegen.c.footprint import (
     DIRECTIONS,
     Footprint,
     flash_bound,
@@ -24,8 +19,8 @@ from signorini.codegen.footprint import (
     stack_bound,
     struct_sizes,
 )
-from signorini.codegen.full_order import full_order_scheme
-from signorini.codegen.layout import (
+from signorini.codegen.c.functions import CFunction, FunctionWriter, Section
+from signorini.codegen.c.layout import (
     CONTACT_STATES,
     EVENT_KINDS,
     MAX_ITERATIONS,
@@ -36,11 +31,16 @@ from signorini.codegen.layout import (
     sizes,
     structs,
 )
-from signorini.codegen.lobatto import lobatto_scheme
-from signorini.codegen.model_data import ModelData, Parameter
-from signorini.codegen.moreau import moreau_scheme
-from signorini.codegen.names import FILES, HEADERS
-from signorini.codegen.scheme import Assembly, Call, Inertia, Jacobian, Problem, Scheme
+from signorini.codegen.c.printer import PRECISIONS, Precision
+from signorini.codegen.c.tables import CTable, c_table
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.frontend.errors import GenerationError, ModelError
+from signorini.codegen.frontend.model_data import ModelData, Parameter
+from signorini.codegen.frontend.names import FILES, HEADERS
+from signorini.codegen.program import Assembly, Call, Inertia, Jacobian, Problem, Scheme
+from signorini.codegen.schemes.full_order import full_order_scheme
+from signorini.codegen.schemes.lobatto import lobatto_scheme
+from signorini.codegen.schemes.moreau import moreau_scheme
 from signorini.version import __version__
 
 SCHEMES = {"lobatto": lobatto_scheme, "moreau": moreau_scheme}

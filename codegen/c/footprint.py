@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from signorini.codegen.layout import Struct
+from signorini.codegen.c.layout import Struct
 
 _INT = 4
 _POINTER = 8

@@ -2,8 +2,8 @@
 
 import casadi as ca
 import mpmath as mp
-from signorini.codegen.derive import Derivation
-from signorini.codegen.scheme import (
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.program import (
     Assembly,
     Call,
     Jacobian,
@@ -18,8 +18,8 @@ from signorini.codegen.scheme import (
     jacobian,
     restitution,
 )
+from signorini.codegen.schemes.tableau import first_instability, lobatto
 from signorini.codegen.sharing import share, terms_of_place
-from signorini.codegen.tableau import first_instability, lobatto
 
 _STAGE_ROWS = ("g", "gamma", "g_N", "gamma_F")
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")

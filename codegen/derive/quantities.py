@@ -7,9 +7,9 @@ A name is a base quantity with derivative suffixes: ``g_N_q`` is the Jacobian of
 from dataclasses import dataclass
 
 import casadi as ca
-from signorini.codegen import table
-from signorini.codegen.magnitude import magnitude
-from signorini.codegen.model_data import ModelData
+from signorini.codegen.derive.magnitude import magnitude
+from signorini.codegen.frontend import table
+from signorini.codegen.frontend.model_data import ModelData
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
-from signorini.codegen.derive import Derivation
+from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.sparsity import (
     Pattern,
     compress,

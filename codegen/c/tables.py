@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from signorini.codegen.cprint import Precision
-from signorini.codegen.table import Table
+from signorini.codegen.c.printer import Precision
+from signorini.codegen.frontend.table import Table
 
 _WIDTH = 92
 

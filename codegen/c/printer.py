@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from signorini.codegen.errors import GenerationError
+from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.graph import LOGICAL, Graph, Node
 
 _WIDTH = 96  # columns after which a statement is broken or a temporary made

@@ -11,10 +11,10 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 import sympy as sp
-from signorini.codegen import special, sympy_to_casadi
-from signorini.codegen.errors import ModelError, foreign_symbol, refuse_tuple
-from signorini.codegen.sympy_to_casadi import SympyToCasadi
-from signorini.codegen.vouched import is_vouched, vouch
+from signorini.codegen.frontend import special, sympy_to_casadi
+from signorini.codegen.frontend.errors import ModelError, foreign_symbol, refuse_tuple
+from signorini.codegen.frontend.sympy_to_casadi import SympyToCasadi
+from signorini.codegen.frontend.vouched import is_vouched, vouch
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """Velocity constraints at full order: conditions on auxiliary velocities with IIIA weights."""
 
 import casadi as ca
-from signorini.codegen.derive import Derivation
-from signorini.codegen.lobatto import Lobatto, blocks, stage_time
-from signorini.codegen.scheme import (
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.program import (
     Assembly,
     Call,
     Jacobian,
@@ -15,6 +14,7 @@ from signorini.codegen.scheme import (
     dense,
     jacobian,
 )
+from signorini.codegen.schemes.lobatto import Lobatto, blocks, stage_time
 from signorini.codegen.sharing import share
 
 

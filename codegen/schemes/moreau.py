@@ -1,9 +1,9 @@
 """Moreau's midpoint time-stepping as one nonlinear problem."""
 
 import casadi as ca
-from signorini.codegen.derive import Derivation
-from signorini.codegen.magnitude import magnitude
-from signorini.codegen.scheme import (
+from signorini.codegen.derive.magnitude import magnitude
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.program import (
     Assembly,
     Call,
     Point,

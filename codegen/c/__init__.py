@@ -1,0 +1,1 @@
+"""Programs and functions as C text: the only room that knows C."""

@@ -1,0 +1,1 @@
+"""Derived functions of a model."""

@@ -1,0 +1,1 @@
+"""What a user writes, checked and translated into CasADi SX."""

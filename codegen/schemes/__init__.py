@@ -1,0 +1,1 @@
+"""Time-stepping schemes as programs over derived functions; no line of C."""
