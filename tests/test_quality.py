@@ -53,12 +53,17 @@ def test_types() -> None:
 
 def test_packages_are_listed() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
-    folders = {p.parent.name for p in ROOT.glob("*/__init__.py")}
-    folders = settings["package-dir"]
+    roots = set(settings["package-dir"].values())
+    folders = {
+        str(p.parent.relative_to(ROOT))
+        for p in ROOT.glob("**/__init__.py")
+        if p.relative_to(ROOT).parts[0] in roots
+    }
+    given = settings["package-dir"]
     listed = set()
     for name in settings["packages"]:
         parent, _, own = name.rpartition(".")
-        listed.add(folders[name] if name in folders else f"{folders[parent]}/{own}")
+        listed.add(given[name] if name in given else f"{given[parent]}/{own}")
     assert listed == folders
 
 
