@@ -1,8 +1,9 @@
 """A time-stepping scheme as data: points where the model is evaluated, nonlinear problems made
 of what was found there, and the map to the end of the step.
 
-Everything is an `Assembly`: entries of arrays of the work struct as expressions of symbols that
-are C lvalues. The emitter prints them; it knows nothing of Lobatto.
+Everything is an `Assembly`: entries of arrays as expressions of symbols, each of which stands for a
+`Ref`, a number that the step works on. What prints a program knows nothing of Lobatto, and a scheme
+knows nothing of C.
 """
 
 from dataclasses import dataclass, field
@@ -21,6 +22,80 @@ from signorini.codegen.sparsity import (
 
 # Products up to which the mobilities W^T M^-1 W are written as straight-line code.
 _UNROLLED_MOBILITY = 1000
+
+
+WORK, STATE, CALLER, ARGUMENT = "work", "state", "caller", "argument"
+
+
+@dataclass(frozen=True)
+class Ref:
+    """A number, or the first of several, that a step works on.
+
+    Attributes
+    ----------
+    array : str
+        Name of the array, or of the single number if there is no `index`.
+    index : int or None
+        Place in the array.
+    owner : {"work", "state", "caller", "argument"}
+        Whose array it is: scratch of the step, the state that survives it, a buffer of the caller,
+        or an argument of the function that reads it.
+    field : tuple (name, index) or ()
+        Function and entry where the array holds the results of a `Point`.
+    """
+
+    array: str
+    index: int | None = None
+    owner: str = WORK
+    field: tuple[str, int] | tuple[()] = ()
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the results of a `Point` stand: a struct, or one of an array of structs."""
+
+    name: str
+    index: int | None = None
+    owner: str = WORK
+
+
+@dataclass(frozen=True)
+class Time:
+    """The time t_n + c h."""
+
+    c: float
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The parameters of the model, as an argument."""
+
+
+class Memory:
+    """The symbols that stand for the numbers of a program, one for each `Ref`."""
+
+    def __init__(self) -> None:
+        self._symbols: dict[Ref, ca.SX] = {}
+        self._refs: dict[int, Ref] = {}
+
+    def __getitem__(self, ref: Ref) -> ca.SX:
+        if ref not in self._symbols:
+            self._symbols[ref] = ca.SX.sym(ref.array)
+            self._refs[self._symbols[ref].element_hash()] = ref
+        return self._symbols[ref]
+
+    def number(self, name: str) -> ca.SX:
+        """A single number of the step, such as its size h."""
+        return self[Ref(name)]
+
+    def column(self, array: str, n: int, first: int = 0, owner: str = WORK) -> ca.SX:
+        """`n` entries of an array from `first` on."""
+        entries = (self[Ref(array, first + k, owner)] for k in range(n))
+        return ca.vertcat(ca.SX(0, 1), *entries)
+
+    def ref(self, symbol: ca.SX) -> Ref | None:
+        """What a symbol stands for, if it is one of these."""
+        return self._refs.get(symbol.element_hash())
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +125,14 @@ class Point:
         value = self.fields[name]
         return [k for k in range(value.nnz()) if not value.nz[k].is_constant()]
 
-    def at(self, place: str, name: str) -> ca.SX:
-        """The field as SX whose nonzeros are the C lvalues ``place.name[k]``."""
+    def at(self, memory: Memory, place: Place, name: str) -> ca.SX:
+        """The field as it was found at a place."""
         value = self.fields[name]
         stored = {k: i for i, k in enumerate(self.stored(name))}
         entries = [
-            ca.SX.sym(f"{place}.{name}[{stored[k]}]") if k in stored else value.nz[k]
+            memory[Ref(place.name, place.index, place.owner, (name, stored[k]))]
+            if k in stored
+            else value.nz[k]
             for k in range(value.nnz())
         ]
         return ca.sparsify(ca.SX(value.sparsity(), ca.vertcat(ca.SX(0, 1), *entries)))
@@ -77,18 +154,19 @@ class Terms:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Entries of one array of the work struct; entries not listed are zero if `fill`."""
+    """Entries of one array; entries not listed are zero if `fill`."""
 
     array: str
     size: int
     entries: tuple[tuple[int, ca.SX], ...]
     fill: bool
     equation: str
+    owner: str = WORK
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Straight-line code that fills arrays of the work struct."""
+    """Entries of arrays, all known from what was found before."""
 
     name: str
     targets: tuple[Target, ...]
@@ -121,7 +199,7 @@ class Jacobian:
 class Inertia:
     """Mass matrix and directions of a step: elimination order, patterns, entries.
 
-    `mobility` tells whether w->mass_pivot and w->mobility are among the targets.
+    `mobility` tells whether the arrays mass_pivot and mobility are among the targets.
     """
 
     order: tuple[int, ...]
@@ -131,16 +209,16 @@ class Inertia:
     targets: tuple["Target", ...]
 
 
-@dataclass(frozen=True)
-class Call:
-    """One evaluation of a point or of the terms of a place, called "terms".
+Argument = Ref | Place | Time | Parameters
 
-    `arguments` are C text, `place` is where the result goes.
-    """
+
+@dataclass(frozen=True)
+class Evaluate:
+    """One evaluation of a point or of the terms of a place, called "terms"."""
 
     point: str
-    arguments: tuple[str, ...]
-    place: str
+    arguments: tuple[Argument, ...]
+    into: Ref | Place
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +237,9 @@ class Problem:
         Only contacts that the previous problem left closed take part.
     response : tuple of (mpf, mpf)
         For every slot the response of gap / h and of slip velocity to the own percussion.
-    values : tuple of Call or Assembly
+    values : tuple of Evaluate or Assembly
         How r, y and radius are computed.
-    derivatives : tuple of Call or Assembly
+    derivatives : tuple of Evaluate or Assembly
         What is evaluated before `jacobian`.
     jacobian : Jacobian
         K, B, C and the derivatives of the radii.
@@ -176,8 +254,8 @@ class Problem:
     gap_slots: int
     follows: bool
     response: tuple[tuple[float, float], ...]
-    values: tuple[Call | Assembly, ...]
-    derivatives: tuple[Call | Assembly, ...]
+    values: tuple[Evaluate | Assembly, ...]
+    derivatives: tuple[Evaluate | Assembly, ...]
     jacobian: Jacobian
     last_rows: int | None = None
 
@@ -186,22 +264,24 @@ class Problem:
 class Scheme:
     """A scheme for one model.
 
-    `terms` stand in work.terms. If the scheme `recalls`, these are of the stages 2 ... s, those of
-    the last hold at the end, and those of the first stand in work.trial before `start`.
+    `memory` says what the symbols of its assemblies stand for.
+    `terms` stand in the array terms. If the scheme `recalls`, these are of the stages 2 ... s,
+    those of the last hold at the end, and those of the first are part of the state before `start`.
     `stable_phase` is the smallest h omega at which a linear oscillation of frequency omega grows.
-    `guarded` tells which contacts exist only while their entry of work.guard is >= 0 at the start
-    of a step; by default those with a guard in the model.
+    `guarded` tells which contacts exist only while their entry of the array guard is >= 0 at the
+    start of a step; by default those with a guard in the model.
     """
 
     name: str
     title: str
+    memory: Memory
     stages: int
     points: tuple[Point, ...]
     places: tuple[tuple[str, str, int], ...]
     inertia: Inertia
     terms: Terms
     recalls: bool
-    start: tuple[Call | Assembly, ...]
+    start: tuple[Evaluate | Assembly, ...]
     problems: tuple[Problem, ...]
     finish: Assembly
     record: Assembly
@@ -210,25 +290,24 @@ class Scheme:
     stable_phase: float = 2.0
 
 
-def call(
-    point: Point, arguments: tuple[str, ...], place: str, terms: str = "", at: str = ""
-) -> Call:
-    """Call of a point that may need the terms of its place and the struct `at` of another point."""
+def evaluate(
+    point: Point,
+    arguments: tuple[Argument, ...],
+    into: Place,
+    terms: Ref | None = None,
+    at: Place | None = None,
+) -> Evaluate:
+    """Evaluation of a point that may need the terms of its place and the results `at` another."""
     further = {"terms": terms, "at": at}
-    needed = tuple(further[name] for name in point.arguments if name in further)
-    return Call(point.name, (*arguments, *needed), place)
+    needed = (further[name] for name in point.arguments if name in further)
+    return Evaluate(point.name, (*arguments, *(a for a in needed if a is not None)), into)
 
 
-def column(name: str, n: int, offset: int = 0) -> ca.SX:
-    """A column of symbols that are the C lvalues ``name[offset]`` ..."""
-    return ca.vertcat(ca.SX(0, 1), *(ca.SX.sym(f"{name}[{offset + k}]") for k in range(n)))
-
-
-def dense(array: str, value: ca.SX, equation: str) -> Target:
+def dense(array: str, value: ca.SX, equation: str, owner: str = WORK) -> Target:
     """A column, every entry assigned."""
     full = ca.densify(value)
     entries = tuple((k, full.nz[k]) for k in range(full.numel()))
-    return Target(array, full.numel(), entries, False, equation)
+    return Target(array, full.numel(), entries, False, equation, owner)
 
 
 def compressed(
@@ -277,7 +356,7 @@ def jacobian(
     targets = tuple(
         compressed(array, value, pattern, rows, place, equation)
         for array, value, pattern, rows, equation in zip(
-            ("w->K", "w->B", "w->C", "w->C_radius"),
+            ("K", "B", "C", "C_radius"),
             (K, B.T, C, radius),
             patterns,
             (place, n_rows, n_rows, n_rows),
@@ -298,15 +377,15 @@ def inertia(M: ca.SX, W: ca.SX, equations: tuple[str, str]) -> Inertia:
     plain = tuple(range(max(n, n_R)))
     direction = rows_of(W.T, plain[:n])
     targets = [
-        compressed("w->mass", M, mass, place, place, equations[0]),
-        compressed("w->direction", W.T, direction, plain, plain, equations[1]),
+        compressed("mass", M, mass, place, place, equations[0]),
+        compressed("direction", W.T, direction, plain, plain, equations[1]),
     ]
     products = sum(len(row) ** 2 for row in mass.rows) + mass.size * n_R
     if products <= _UNROLLED_MOBILITY:
         pivots, mobility = _mobility(M, W, mass, order)
         targets += [
-            dense("w->mass_pivot", pivots, "D of M = L D L^T, in elimination order"),
-            dense("w->mobility", mobility, "W^T M^-1 W, direction by direction"),
+            dense("mass_pivot", pivots, "D of M = L D L^T, in elimination order"),
+            dense("mobility", mobility, "W^T M^-1 W, direction by direction"),
         ]
     return Inertia(order, mass, direction, products <= _UNROLLED_MOBILITY, tuple(targets))
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import casadi as ca
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.graph import Graph
-from signorini.codegen.program import Point, Terms
+from signorini.codegen.program import ARGUMENT, Memory, Point, Ref, Terms
 
 # Operations below which a term is computed again: reading it back would cost as much.
 _WORTH = 3
@@ -111,11 +111,13 @@ class _Nodes:
         return made
 
 
-def share(values: Point, derivatives: Point) -> tuple[Point, Point]:
+def share(memory: Memory, values: Point, derivatives: Point) -> tuple[Point, Point]:
     """Let `values` keep what `derivatives` would compute again.
 
     Parameters
     ----------
+    memory : Memory
+        Gets the symbols of what is kept.
     values, derivatives : Point
         The second is evaluated after the first, with the same arguments.
 
@@ -134,7 +136,7 @@ def share(values: Point, derivatives: Point) -> tuple[Point, Point]:
         return values, derivatives
     plain = nodes.expressions(nodes.reach(kept), {})
     column = ca.vertcat(*(plain[k] for k in kept))
-    symbols = {k: ca.SX.sym(f"at->common[{i}]") for i, k in enumerate(kept)}
+    symbols = {k: memory[Ref("at", None, ARGUMENT, ("common", i))] for i, k in enumerate(kept)}
     fields = _rewritten(derivatives, nodes, roots, symbols)
     return (
         Point(values.name, values.arguments, {**values.fields, "common": column}),
@@ -142,11 +144,15 @@ def share(values: Point, derivatives: Point) -> tuple[Point, Point]:
     )
 
 
-def terms_of_place(data: ModelData, points: Sequence[Point]) -> tuple[Terms, list[Point]]:
+def terms_of_place(
+    memory: Memory, data: ModelData, points: Sequence[Point]
+) -> tuple[Terms, list[Point]]:
     """Take terms that depend on the place (t, q, parameters) alone out of evaluations there.
 
     Parameters
     ----------
+    memory : Memory
+        Gets the symbols of the terms.
     data : ModelData
         The model, for its symbols.
     points : sequence of Point
@@ -179,7 +185,7 @@ def terms_of_place(data: ModelData, points: Sequence[Point]) -> tuple[Terms, lis
     results = set(roots[0]) - operands - {k for others in roots[1:] for k in others}
     kept = _worth_keeping(nodes, (of_place & nodes.reach(roots[0])) - results, nodes.roots)
     plain = nodes.expressions(nodes.reach(kept), {})
-    values, symbols = _distinct({k: plain[k] for k in kept}, "terms")
+    values, symbols = _distinct(memory, {k: plain[k] for k in kept}, "terms")
     used = {s.element_hash() for s in ca.symvar(values)}
     if used.isdisjoint(hashes[: 1 + data.n_q]):
         return Terms(ca.SX(0, 1), ca.SX(0, 1)), list(points)
@@ -192,7 +198,9 @@ def terms_of_place(data: ModelData, points: Sequence[Point]) -> tuple[Terms, lis
     return Terms(values, key), taken
 
 
-def _distinct(plain: dict[int, ca.SX], array: str) -> tuple[ca.SX, dict[int, ca.SX]]:
+def _distinct(
+    memory: Memory, plain: dict[int, ca.SX], array: str
+) -> tuple[ca.SX, dict[int, ca.SX]]:
     """Column of the expressions that C text tells apart but for their sign; all as its entries."""
     names = {
         s.element_hash(): s.name() for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *plain.values()))
@@ -210,7 +218,7 @@ def _distinct(plain: dict[int, ca.SX], array: str) -> tuple[ca.SX, dict[int, ca.
         elif node.op == "-":
             sign, form = (1.0 if node.args[0] < node.args[1] else -1.0), tuple(sorted(node.args))
         if form not in found:
-            found[form] = sign, ca.SX.sym(f"{array}[{len(column)}]")
+            found[form] = sign, memory[Ref(array, len(column), ARGUMENT)]
             column.append(value)
         own, symbol = found[form]
         symbols[k] = symbol if sign == own else -symbol

@@ -1,14 +1,14 @@
 """C functions as data for the templates: signature, aliases, temporaries, headed sections."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
+from signorini.codegen.c import refs
 from signorini.codegen.c.printer import Precision, statements
 from signorini.codegen.derive.quantities import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
-from signorini.codegen.program import Assembly, Point
+from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point
 
 _LOCAL = frozenset(
     {"t", "q", "v", "u", "par", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}
@@ -25,11 +25,45 @@ class Section:
 
 
 @dataclass(frozen=True)
+class CParameter:
+    """One parameter of a C function.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    struct : str
+        Struct that it points to, without the model's prefix; "" for reals.
+    array : bool
+        Whether it is an array of reals; one real otherwise.
+    const : bool
+        Whether the function leaves it alone.
+    """
+
+    name: str
+    struct: str = ""
+    array: bool = False
+    const: bool = True
+
+    def text(self, prefix: str, real: str) -> str:
+        """The declaration."""
+        const = "const " if self.const and (self.struct or self.array) else ""
+        if self.struct:
+            return f"{const}{prefix}_{self.struct} *{self.name}"
+        return f"{const}{real} {self.name}" + ("[]" if self.array else "")
+
+    @property
+    def is_output(self) -> bool:
+        """Whether the function writes through it."""
+        return not self.const and bool(self.struct or self.array)
+
+
+@dataclass(frozen=True)
 class CFunction:
     """One C function as the template prints it."""
 
     name: str
-    parameters: tuple[str, ...]
+    parameters: tuple[CParameter, ...]
     doc: tuple[str, ...]
     unused: tuple[str, ...]
     aliases: tuple[str, ...]
@@ -39,9 +73,9 @@ class CFunction:
     arguments: tuple[str, ...] = ()
     shape: tuple[int, ...] = ()
 
-    def declaration(self, real: str) -> tuple[str, ...]:
-        """Parameters as the header writes them, with the prefixed real type."""
-        return tuple(re.sub(r"\breal\b", real, p) for p in self.parameters)
+    def declaration(self, prefix: str, real: str) -> tuple[str, ...]:
+        """Parameters as the header and the source write them."""
+        return tuple(p.text(prefix, real) for p in self.parameters)
 
     @property
     def needs_loop(self) -> bool:
@@ -56,6 +90,7 @@ class _Block:
     values: tuple[ca.SX, ...]
     comments: tuple[str, ...]
     fills: tuple[tuple[str, int], ...] = ()
+    through: tuple[str, ...] = ("out",)  # parameters that it writes through
 
 
 class FunctionWriter:
@@ -69,10 +104,13 @@ class FunctionWriter:
         Prefix of every C name.
     precision : Precision
         Real type.
+    memory : Memory
+        What the symbols of the scheme stand for.
     """
 
-    def __init__(self, d: Derivation, prefix: str, precision: Precision) -> None:
+    def __init__(self, d: Derivation, prefix: str, precision: Precision, memory: Memory) -> None:
         self.d = d
+        self.memory = memory
         self.prefix = prefix
         self.real = "real"  # the typedef that the runtime makes in the .c file
         self.precision = precision
@@ -126,9 +164,7 @@ class FunctionWriter:
         )
         is_vector = name in QUANTITIES and not name.startswith("W_")
         shape = (rows,) if is_vector else (rows, columns)
-        return self._write(
-            name, arguments, (block,), f"{self.real} out[]", shape, doc=(doc_of(name),)
-        )
+        return self._write(name, arguments, (block,), _OUT, shape, doc=(doc_of(name),))
 
     def point_function(self, point: Point) -> CFunction:
         """A static function that evaluates all fields of a point."""
@@ -146,7 +182,7 @@ class FunctionWriter:
                         tuple(self._label(name, rows[k], cols[k], value.shape[1]) for k in stored),
                     )
                 )
-        out = f"{self.prefix}_{point.name} *out"
+        out = (CParameter("out", struct=point.name, const=False),)
         doc = (", ".join(name for name in point.fields if point.stored(name)),)
         return self._write(
             f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc, at=point.after
@@ -161,27 +197,31 @@ class FunctionWriter:
             tuple(column[k] for k in range(count)),
             ("",) * count,
         )
-        return self._write(name, ("t", "q", "par"), (block,), f"{self.real} out[]", ())
+        return self._write(name, ("t", "q", "par"), (block,), _OUT, ())
 
     def initial_state(self) -> CFunction:
         """The model's initial state as a function of its parameters."""
         data = self.d.data
         blocks = [
-            _Block("initial time", ("t[0]",), (data.t0,), ("",)),
+            _Block("initial time", ("t[0]",), (data.t0,), ("",), (), ("t",)),
             _Block(
                 "initial coordinates",
                 tuple(f"q[{k}]" for k in range(data.n_q)),
                 tuple(ca.densify(data.q0).nz[k] for k in range(data.n_q)),
                 data.coordinates,
+                (),
+                ("q",),
             ),
             _Block(
                 "initial velocities",
                 tuple(f"v[{k}]" for k in range(data.n_q)),
                 tuple(ca.densify(data.v0).nz[k] for k in range(data.n_q)),
                 data.velocities,
+                (),
+                ("v",),
             ),
         ]
-        out = f"{self.real} t[], {self.real} q[], {self.real} v[]"
+        out = tuple(CParameter(name, array=True, const=False) for name in "tqv")
         return self._write(
             "initial_state", ("par",), blocks, out, (), doc=("Initial state of the model file.",)
         )
@@ -222,27 +262,32 @@ class FunctionWriter:
                 targets = tuple(f"out->{field}[{k}]" for k in range(count))
                 entries = tuple(full.nz[k] for k in range(count))
                 blocks.append(_Block(title, targets, entries, ("",) * count))
-        out = f"{self.prefix}_consistency *out"
+        out = (CParameter("out", struct="consistency", const=False),)
         return self._write(name, arguments, blocks, out, (), doc=("Start of a run.",))
 
     # --- functions of the scheme -----------------------------------------------------------------
 
-    def assembly(self, assembly: Assembly, parameters: Sequence[str]) -> CFunction:
-        """A static function on the work struct; its symbols are C lvalues already."""
-        blocks = [
-            _Block(
-                t.equation,
-                tuple(f"{t.array}[{k}]" for k, _ in t.entries),
-                tuple(v for _, v in t.entries),
-                ("",) * len(t.entries),
-                ((t.array, t.size),) if t.fill and t.size and len(t.entries) < t.size else (),
-            )
-            for t in assembly.targets
-            if t.size
-        ]
+    def assembly(self, assembly: Assembly, parameters: Sequence[CParameter]) -> CFunction:
+        """A static function on the work struct."""
+        blocks = []
+        for t in assembly.targets:
+            if t.size:
+                array = refs.array(t.array, t.owner)
+                filled = t.fill and len(t.entries) < t.size
+                blocks.append(
+                    _Block(
+                        t.equation,
+                        tuple(f"{array}[{k}]" for k, _ in t.entries),
+                        tuple(v for _, v in t.entries),
+                        ("",) * len(t.entries),
+                        ((array, t.size),) if filled else (),
+                        (refs.base(t.array, t.owner),),
+                    )
+                )
         values = [v for b in blocks for v in b.values]
         symbols = ca.symvar(ca.vertcat(ca.SX(0, 1), *values))
-        names = {s.element_hash(): s.name() for s in symbols}
+        found = {s.element_hash(): self.memory.ref(s) for s in symbols}
+        names = {key: refs.lvalue(ref) for key, ref in found.items() if ref is not None}
         return self._finish(
             assembly.name, tuple(parameters), blocks, names, set(_LOCAL), (), (), (), ()
         )
@@ -262,22 +307,17 @@ class FunctionWriter:
         name: str,
         arguments: Sequence[str],
         blocks: Sequence[_Block],
-        out: str,
+        out: tuple[CParameter, ...],
         shape: tuple[int, ...],
         doc: tuple[str, ...] = (),
         at: str = "",
     ) -> CFunction:
         real = self.real
         declared = {
-            "t": f"{real} t",
-            "q": f"const {real} q[]",
-            "v": f"const {real} v[]",
-            "u": f"const {real} u[]",
-            "par": f"const {self.prefix}_params *par",
-            "h": f"{real} h",
-            "R": f"const {real} R[]",
-            "terms": f"const {real} terms[]",
-            "at": f"const {self.prefix}_{at} *at",
+            **{name: CParameter(name) for name in ("t", "h")},
+            **{name: CParameter(name, array=True) for name in ("q", "v", "u", "R", "terms")},
+            "par": CParameter("par", struct="params"),
+            "at": CParameter("at", struct=at),
         }
         values = [v for b in blocks for v in b.values]
         symbols = {s.element_hash(): s for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *values))}
@@ -294,10 +334,10 @@ class FunctionWriter:
                 names[key] = text
                 used.add(argument)
         for key, s in symbols.items():
-            further = re.match(r"(at)->|(terms)\[", s.name())
-            if further:
-                names[key] = s.name()
-                used.add(further[1] or further[2])
+            ref = self.memory.ref(s)
+            if ref is not None and ref.owner == ARGUMENT:
+                names[key] = refs.lvalue(ref)
+                used.add(ref.array)
         missing = [s.name() for key, s in symbols.items() if key not in names]
         if missing:
             raise AssertionError(f"{name}: symbols {missing} are not arguments")
@@ -306,7 +346,7 @@ class FunctionWriter:
             raise AssertionError(f"{name} depends on {sorted(outside)}")
         unused = tuple(a for a in arguments if a not in used)
         taken = set(_LOCAL) | {local for _, local, _ in self._aliases.values()}
-        parameters = (*(declared[a] for a in arguments), out)
+        parameters = (*(declared[a] for a in arguments), *out)
         return self._finish(
             name,
             parameters,
@@ -323,7 +363,7 @@ class FunctionWriter:
     def _finish(
         self,
         name: str,
-        parameters: tuple[str, ...],
+        parameters: tuple[CParameter, ...],
         blocks: Sequence[_Block],
         names: dict[int, str],
         taken: set[str],
@@ -344,15 +384,9 @@ class FunctionWriter:
             self.precision,
             taken,
         )
-        written = {re.split(r"->|\[", t)[0] for t in targets}
-        written |= {re.split(r"->|\[", array)[0] for b in blocks for array, _ in b.fills}
-        last = [re.search(r"(\w+)(\[\])?\Z", p) for p in parameters]
-        outputs = [
-            m[1] for m, p in zip(last, parameters, strict=True) if m and not p.startswith("const ")
-        ]
-        idle = tuple(
-            o for o in outputs if o not in written and o not in ("t", "h") and o not in arguments
-        )
+        written = {name for b in blocks if b.targets or b.fills for name in b.through}
+        read = {ref.split("->")[0] for ref in names.values()}
+        idle = tuple(p.name for p in parameters if p.is_output and p.name not in written | read)
         return CFunction(
             name=name,
             parameters=parameters,
@@ -365,6 +399,9 @@ class FunctionWriter:
             arguments=arguments,
             shape=shape,
         )
+
+
+_OUT = (CParameter("out", array=True, const=False),)
 
 
 def _sections(blocks: Sequence[_Block], lines: Sequence[Sequence[str]]) -> Iterable[Section]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from signorini.codegen.c import refs
 from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.c.footprint import (
     DIRECTIONS,
@@ -19,7 +20,7 @@ from signorini.codegen.c.footprint import (
     stack_bound,
     struct_sizes,
 )
-from signorini.codegen.c.functions import CFunction, FunctionWriter, Section
+from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter, Section
 from signorini.codegen.c.layout import (
     CONTACT_STATES,
     EVENT_KINDS,
@@ -37,7 +38,7 @@ from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
 from signorini.codegen.frontend.names import FILES, HEADERS
-from signorini.codegen.program import Assembly, Call, Inertia, Jacobian, Problem, Scheme
+from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
 from signorini.codegen.schemes.full_order import full_order_scheme
 from signorini.codegen.schemes.lobatto import lobatto_scheme
 from signorini.codegen.schemes.moreau import moreau_scheme
@@ -433,6 +434,9 @@ def _velocity_constraints(data: ModelData, scheme: str, asked: str | None) -> st
     return asked
 
 
+_WORK = CParameter("w", struct="work", const=False)
+
+
 class _Builder:
     def __init__(
         self,
@@ -449,7 +453,7 @@ class _Builder:
         self.plan = plan
         self.prefix = prefix
         self.precision = precision
-        self.writer = FunctionWriter(d, prefix, precision)
+        self.writer = FunctionWriter(d, prefix, precision, plan.memory)
         self.sizes = sizes(data, plan)
         self.structs = structs(data, plan, self.sizes)
         self.helpers: list[CFunction] = []
@@ -475,14 +479,13 @@ class _Builder:
             *mass_tables,
             *((f"{p.name} problem: {name}", values) for p in problems for name, values in p.tables),
         )
-        work = f"{self.prefix}_work *w"
-        finish = self.writer.assembly(plan.finish, (work,))
-        real = self.writer.real
+        finish = self.writer.assembly(plan.finish, (_WORK,))
+        stages = ("stage_t", "stage_q", "stage_v", "stage_R")
         record = self.writer.assembly(
             plan.record,
             (
-                f"const {self.prefix}_work *w",
-                *(f"{real} {name}[]" for name in ("stage_t", "stage_q", "stage_v", "stage_R")),
+                CParameter("w", struct="work"),
+                *(CParameter(name, array=True, const=False) for name in stages),
             ),
         )
         functions = tuple(
@@ -546,23 +549,21 @@ class _Builder:
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
 
-    def steps(self, parts: tuple[Call | Assembly, ...]) -> tuple[Step, ...]:
+    def steps(self, parts: tuple[Evaluate | Assembly, ...]) -> tuple[Step, ...]:
         steps = []
         for part in parts:
-            if isinstance(part, Call):
+            if isinstance(part, Evaluate):
                 if part.point in self.known_points:
-                    arguments = (*(self._constant(a) for a in part.arguments), part.place)
+                    values = (*part.arguments, part.into)
+                    arguments = tuple(refs.argument(a, self.precision) for a in values)
                     steps.append(Step(f"evaluate_{part.point}", arguments))
             elif any(t.size for t in part.targets):
-                self.helpers.append(self.writer.assembly(part, (f"{self.prefix}_work *w",)))
+                self.helpers.append(self.writer.assembly(part, (_WORK,)))
                 steps.append(Step(part.name, ("w",)))
         return tuple(steps)
 
-    def _constant(self, argument: str) -> str:
-        return re.sub(r"\{([^}]+)\}", lambda m: self.precision.number(float(m[1])), argument)
-
     def elimination(self, p: Problem) -> Elimination:
-        K = next(t for t in p.jacobian.assembly.targets if t.array == "w->K")
+        K = next(t for t in p.jacobian.assembly.targets if t.array == "K")
         entries = frozenset(place for place, _ in K.entries)
         return eliminate(p.jacobian.K, p.n_x, entries)
 

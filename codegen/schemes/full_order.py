@@ -3,18 +3,22 @@
 import casadi as ca
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
+    CALLER,
     Assembly,
-    Call,
+    Evaluate,
     Jacobian,
+    Parameters,
+    Place,
     Point,
     Problem,
+    Ref,
     Scheme,
-    call,
-    column,
+    Time,
     dense,
+    evaluate,
     jacobian,
 )
-from signorini.codegen.schemes.lobatto import Lobatto, blocks, stage_time
+from signorini.codegen.schemes.lobatto import Lobatto, blocks
 from signorini.codegen.sharing import share
 
 
@@ -52,12 +56,12 @@ class _FullOrder(Lobatto):
         self.n_g, self.n_gamma = data.n_g, data.n_gamma
         # problem 0: accelerations and forces at t_n, times h; problem 1: V, U and R
         self.first_x = n
-        self.x = column("w->x", s * n, n)
-        self.U = column("w->x", (s - 1) * n, n + s * n)
+        self.x = self.memory.column("x", s * n, n)
+        self.U = self.memory.column("x", (s - 1) * n, n + s * n)
         self.v_end = self.U[(s - 2) * n :]
-        self.lam = column("w->lambda", s * n_R, n_R)
-        self.start_percussion = column("w->lambda", self.n_gamma, self.n_g)
-        self.auxiliary, self.auxiliary_jacobian = share(*self.others)
+        self.lam = self.memory.column("lambda", s * n_R, n_R)
+        self.start_percussion = self.memory.column("lambda", self.n_gamma, self.n_g)
+        self.auxiliary, self.auxiliary_jacobian = share(self.memory, *self.others)
         self.forces = Point(
             "forces",
             ("t", "q", "v", "u", "par"),
@@ -91,23 +95,23 @@ class _FullOrder(Lobatto):
         rows = [x for i in range(self.s) for x in (self.R_g(i), self.R_gamma(i))]
         return Assembly(
             "stage_percussions",
-            (dense("w->R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h lambda_n  (T3)"),),
+            (dense("R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h lambda_n  (T3)"),),
         )
 
-    def percussions_of(self, i: int) -> str:
-        return f"&w->R[{i * self.n_R}]"
+    def percussions_of(self, i: int) -> Ref:
+        return Ref("R", i * self.n_R)
 
-    def auxiliary_calls(self, point: Point) -> tuple[Call, ...]:
+    def auxiliary_calls(self, point: Point) -> tuple[Evaluate, ...]:
         calls = []
         for i in range(1, self.s):
-            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.n * (self.s + i)}]"
+            q, v = Ref("Q", i * self.n), Ref("x", self.n * (self.s + i))
             calls.append(
-                call(
+                evaluate(
                     point,
-                    (stage_time(self.tableau.c[i]), q, v, "par"),
-                    f"&w->{point.name}[{i - 1}]",
+                    (self.time(i), q, v, Parameters()),
+                    Place(point.name, i - 1),
                     self.terms_at(i),
-                    f"&w->auxiliary[{i - 1}]",
+                    Place("auxiliary", i - 1),
                 )
             )
         return tuple(calls)
@@ -115,8 +119,8 @@ class _FullOrder(Lobatto):
     def aux(self, i: int, name: str) -> ca.SX:
         """A function at the auxiliary velocity of stage i, counted from 0."""
         if name in self.auxiliary.fields:
-            return self.auxiliary.at(f"w->auxiliary[{i - 1}]", name)
-        return self.auxiliary_jacobian.at(f"w->auxiliary_jacobian[{i - 1}]", name)
+            return self.auxiliary.at(self.memory, Place("auxiliary", i - 1), name)
+        return self.auxiliary_jacobian.at(self.memory, Place("auxiliary_jacobian", i - 1), name)
 
     # --- the scheme ------------------------------------------------------------------------------
 
@@ -166,6 +170,7 @@ class _FullOrder(Lobatto):
         return Scheme(
             name=paper.name,
             title=f"{paper.title}, velocity constraints at full order",
+            memory=self.memory,
             stages=s,
             points=(
                 *(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
@@ -186,7 +191,11 @@ class _FullOrder(Lobatto):
             recalls=True,
             start=(
                 *paper.start,
-                Call("forces", ("w->t", "w->q", "w->v", "w->u", "par"), "&w->forces"),
+                Evaluate(
+                    "forces",
+                    (Time(0.0), Ref("q"), Ref("v"), Ref("u"), Parameters()),
+                    Place("forces"),
+                ),
             ),
             problems=(opening, whole),
             finish=self.finish(),
@@ -196,27 +205,27 @@ class _FullOrder(Lobatto):
         )
 
     def _start_directions(self) -> ca.SX:
-        e = "w->start"
-        return ca.horzcat(self.end.at(e, "W_g"), self.end.at(e, "W_gamma"))
+        memory, e = self.memory, Place("start")
+        return ca.horzcat(self.end.at(memory, e, "W_g"), self.end.at(memory, e, "W_gamma"))
 
     def opening_values(self) -> Assembly:
-        M = self.end_jacobian.at("w->start_jacobian", "p_v")
+        M = self.end_jacobian.at(self.memory, Place("start_jacobian"), "p_v")
         W = self._start_directions()
-        dv, P = column("w->x", self.n), column("w->lambda", self.n_R)
-        place = "w->forces"
-        rate = ca.vertcat(self.forces.at(place, "g_rate"), self.forces.at(place, "gamma_rate"))
-        r = M @ dv - self.h * self.forces.at(place, "force") - W @ P
+        dv, P = self.memory.column("x", self.n), self.memory.column("lambda", self.n_R)
+        forces = {n: self.forces.at(self.memory, Place("forces"), n) for n in self.forces.fields}
+        rate = ca.vertcat(forces["g_rate"], forces["gamma_rate"])
+        r = M @ dv - self.h * forces["force"] - W @ P
         y = W.T @ dv + self.h * rate
         return Assembly(
             "opening_values",
             (
-                dense("w->r", r, "h (M dv/dt - force - W lambda) = 0 at t_n  (T4)"),
-                dense("w->y", y, "h d(g_dot)/dt, h d(gamma)/dt at t_n"),
+                dense("r", r, "h (M dv/dt - force - W lambda) = 0 at t_n  (T4)"),
+                dense("y", y, "h d(g_dot)/dt, h d(gamma)/dt at t_n"),
             ),
         )
 
     def opening_derivatives(self) -> Jacobian:
-        M = self.end_jacobian.at("w->start_jacobian", "p_v")
+        M = self.end_jacobian.at(self.memory, Place("start_jacobian"), "p_v")
         W = self._start_directions()
         return jacobian(
             "opening_derivatives",
@@ -244,11 +253,11 @@ class _FullOrder(Lobatto):
             "whole_values",
             (
                 dense(
-                    "w->r",
+                    "r",
                     ca.vertcat(*r),
                     "(47b); (T1) p(U^i) - p_n - sum_j a_ij F^j = 0, the last (47d)",
                 ),
-                dense("w->y", ca.vertcat(*y), "g(Q^i), gamma(U^i)  (T2); g_dot at the end"),
+                dense("y", ca.vertcat(*y), "g(Q^i), gamma(U^i)  (T2); g_dot at the end"),
             ),
         )
 
@@ -307,7 +316,7 @@ class _FullOrder(Lobatto):
 
     def finish(self) -> Assembly:
         s = self.s
-        Q = column("w->Q", self.n, (s - 1) * self.n)
+        Q = self.memory.column("Q", self.n, (s - 1) * self.n)
         P_g, P_gamma = ca.SX.zeros(self.n_g, 1), ca.SX.zeros(self.n_gamma, 1)
         for j in range(s):
             P_g += self.b(j) * self.R_g(j)
@@ -315,20 +324,20 @@ class _FullOrder(Lobatto):
         return Assembly(
             "finish",
             (
-                dense("w->q_end", Q, "q_{n+1} = Q^s"),
-                dense("w->v_end", self.v_end, "v_{n+1} = U^s"),
-                dense("w->P", ca.vertcat(P_g, P_gamma), "Delta P = sum_j b_j R^j"),
+                dense("q_end", Q, "q_{n+1} = Q^s"),
+                dense("v_end", self.v_end, "v_{n+1} = U^s"),
+                dense("P", ca.vertcat(P_g, P_gamma), "Delta P = sum_j b_j R^j"),
             ),
         )
 
     def record(self) -> Assembly:
-        t = [ca.SX.sym("w->t") + float(c) * self.h for c in self.tableau.c]
+        t = [self.memory.number("t") + float(c) * self.h for c in self.tableau.c]
         return Assembly(
             "stages",
             (
-                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h"),
-                dense("stage_q", column("w->Q", self.s * self.n), "Q^i"),
-                dense("stage_v", self.x, "V^i"),
-                dense("stage_R", column("w->R", self.s * self.n_R), "R^i"),
+                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h", CALLER),
+                dense("stage_q", self.memory.column("Q", self.s * self.n), "Q^i", CALLER),
+                dense("stage_v", self.x, "V^i", CALLER),
+                dense("stage_R", self.memory.column("R", self.s * self.n_R), "R^i", CALLER),
             ),
         )

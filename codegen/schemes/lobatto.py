@@ -1,19 +1,24 @@
 """The s-stage Lobatto IIIA-IIIB scheme as two nonlinear problems, position then velocity."""
 
 import casadi as ca
-import mpmath as mp
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
+    CALLER,
+    STATE,
     Assembly,
-    Call,
+    Evaluate,
     Jacobian,
+    Memory,
+    Parameters,
+    Place,
     Point,
     Problem,
+    Ref,
     Scheme,
     Target,
-    call,
-    column,
+    Time,
     dense,
+    evaluate,
     inertia,
     jacobian,
     restitution,
@@ -50,24 +55,25 @@ class Lobatto:
         self.d = d
         self.s = s
         self.tableau = lobatto(s)
+        self.memory = Memory()
         data = d.data
         self.n = data.n_q
         self.n_b = data.n_g + data.n_gamma
         self.n_R = self.n_b + data.n_N + data.n_F
-        self.terms, points = terms_of_place(data, self.points())
+        self.terms, points = terms_of_place(self.memory, data, self.points())
         stage, stage_jacobian, end, end_jacobian, self.opening, *self.others = points
-        self.stage, self.stage_jacobian = share(stage, stage_jacobian)
-        self.end, self.end_jacobian = share(end, end_jacobian)
+        self.stage, self.stage_jacobian = share(self.memory, stage, stage_jacobian)
+        self.end, self.end_jacobian = share(self.memory, end, end_jacobian)
         self.first_x = 0
-        self.h = ca.SX.sym("w->h")
-        self.lam = column("w->lambda", (s - 1) * self.n_R)
-        self.delta_P = column("w->lambda", self.n_R, (s - 1) * self.n_R)
-        self.x = column("w->x", s * self.n)
-        self.v_end = column("w->x", self.n, s * self.n)
-        self.p_n = self.end.at("w->start", "p")
+        self.h = self.memory.number("h")
+        self.lam = self.memory.column("lambda", (s - 1) * self.n_R)
+        self.delta_P = self.memory.column("lambda", self.n_R, (s - 1) * self.n_R)
+        self.x = self.memory.column("x", s * self.n)
+        self.v_end = self.memory.column("x", self.n, s * self.n)
+        self.p_n = self.end.at(self.memory, Place("start"), "p")
         self.inertia = inertia(
-            self.end_jacobian.at("w->start_jacobian", "p_v"),
-            ca.horzcat(*(self.end.at("w->start", name) for name in _DIRECTIONS)),
+            self.end_jacobian.at(self.memory, Place("start_jacobian"), "p_v"),
+            ca.horzcat(*(self.end.at(self.memory, Place("start"), name) for name in _DIRECTIONS)),
             ("M = dp/dv at t_n", "W^T at t_n, row by row"),
         )
 
@@ -106,15 +112,15 @@ class Lobatto:
 
     def at(self, i: int, name: str) -> ca.SX:
         if name in self.stage.fields:
-            return self.stage.at(f"w->stage[{i}]", name)
-        return self.stage_jacobian.at(f"w->stage_jacobian[{i}]", name)
+            return self.stage.at(self.memory, Place("stage", i), name)
+        return self.stage_jacobian.at(self.memory, Place("stage_jacobian", i), name)
 
     def R(self, i: int) -> ca.SX:
         return self.lam[i * self.n_R : (i + 1) * self.n_R]
 
-    def percussions_of(self, i: int) -> str:
-        """C text of the percussions of a stage; those of the last never enter the stages."""
-        return f"&w->lambda[{i * self.n_R}]" if i < self.s - 1 else "w->no_R"
+    def percussions_of(self, i: int) -> Ref:
+        """The percussions of a stage; those of the last never enter the stages."""
+        return Ref("lambda", i * self.n_R) if i < self.s - 1 else Ref("no_R")
 
     def stage_momenta(self) -> list[ca.SX]:
         """Rows (47b), stage by stage."""
@@ -126,37 +132,42 @@ class Lobatto:
             rows.append(r_i)
         return rows
 
-    def stage_calls(self, point: Point) -> tuple[Call, ...]:
+    def stage_calls(self, point: Point) -> tuple[Evaluate, ...]:
         calls = []
         for i in range(self.s):
             R = self.percussions_of(i)
-            place = f"&w->{point.name}[{i}]"
-            q, v = f"&w->Q[{i * self.n}]", f"&w->x[{self.first_x + i * self.n}]"
-            arguments = (stage_time(self.tableau.c[i]), q, v, "w->u", "par", "w->h", R)
-            calls.append(call(point, arguments, place, self.terms_at(i), f"&w->stage[{i}]"))
+            q, v = Ref("Q", i * self.n), Ref("x", self.first_x + i * self.n)
+            arguments = (self.time(i), q, v, Ref("u"), Parameters(), Ref("h"), R)
+            place = Place(point.name, i)
+            calls.append(evaluate(point, arguments, place, self.terms_at(i), Place("stage", i)))
         return tuple(calls)
 
-    def terms_at(self, i: int) -> str:
-        """C text of the terms of the place of a stage, counted from 0."""
-        first = "w->trial.terms"  # where the step before left them
-        return f"&w->terms[{(i - 1) * self.terms.values.numel()}]" if i else first
+    def time(self, i: int) -> Time:
+        """t^i of a stage, counted from 0."""
+        return Time(float(self.tableau.c[i]))
 
-    def terms_calls(self) -> tuple[Call, ...]:
+    def terms_at(self, i: int) -> Ref:
+        """The terms of the place of a stage, counted from 0."""
+        first = Ref("terms", owner=STATE)  # where the step before left them
+        return Ref("terms", (i - 1) * self.terms.values.numel()) if i else first
+
+    def terms_calls(self) -> tuple[Evaluate, ...]:
         """Those of the first stage are known: q_n does not change."""
         return tuple(
-            Call(
+            Evaluate(
                 "terms",
-                (stage_time(self.tableau.c[i]), f"&w->Q[{i * self.n}]", "par"),
+                (self.time(i), Ref("Q", i * self.n), Parameters()),
                 self.terms_at(i),
             )
             for i in range(1, self.s)
         )
 
-    def end_call(self, point: Point) -> Call:
-        q = f"&w->Q[{(self.s - 1) * self.n}]"
-        v = f"&w->x[{self.s * self.n}]"
-        arguments = ("w->t + w->h", q, v, "par")
-        return call(point, arguments, f"&w->{point.name}", self.terms_at(self.s - 1), "&w->end")
+    def end_call(self, point: Point) -> Evaluate:
+        q, v = Ref("Q", (self.s - 1) * self.n), Ref("x", self.s * self.n)
+        arguments = (Time(1.0), q, v, Parameters())
+        return evaluate(
+            point, arguments, Place(point.name), self.terms_at(self.s - 1), Place("end")
+        )
 
     # --- the scheme ------------------------------------------------------------------------------
 
@@ -195,18 +206,19 @@ class Lobatto:
             (self.end_call(self.end_jacobian),),
             self.velocity_derivatives(),
         )
-        at_start = ("w->t", "w->q", "w->v", "par")
+        at_start = (Time(0.0), Ref("q"), Ref("v"), Parameters())
         terms = self.terms_at(0)
-        with_inputs = ("w->t", "w->q", "w->v", "w->u", "par")
+        with_inputs = (Time(0.0), Ref("q"), Ref("v"), Ref("u"), Parameters())
         start = (
-            call(self.end, at_start, "&w->start", terms),
-            call(self.end_jacobian, at_start, "&w->start_jacobian", terms, "&w->start"),
-            call(self.opening, with_inputs, "&w->opening", terms),
+            evaluate(self.end, at_start, Place("start"), terms),
+            evaluate(self.end_jacobian, at_start, Place("start_jacobian"), terms, Place("start")),
+            evaluate(self.opening, with_inputs, Place("opening"), terms),
             self.start_assembly(),
         )
         return Scheme(
             name="lobatto",
             title=f"Lobatto IIIA-IIIB, {self.s} stages",
+            memory=self.memory,
             stages=self.s,
             points=(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
             places=(
@@ -230,27 +242,27 @@ class Lobatto:
         )
 
     def start_assembly(self) -> Assembly:
-        o = "w->opening"
-        chi = [self.opening.at(o, name) for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
-        opening = {name: self.opening.at(o, name) for name in self.opening.fields}
+        memory, o = self.memory, Place("opening")
+        opening = {name: self.opening.at(memory, o, name) for name in self.opening.fields}
+        chi = [opening[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
         return Assembly(
             "start_assembly",
             (
                 *self.inertia.targets,
-                dense("w->drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
-                dense("w->force_size", opening["force_size"], "size of dL/dq and f at t_n"),
-                dense("w->p", self.p_n, "p(t_n, q_n, v_n)"),
-                dense("w->mu", opening["mu"], "friction coefficients"),
-                dense("w->e_N", opening["e_N"], "normal restitution"),
-                dense("w->e_F", opening["e_F"], "tangential restitution"),
-                dense("w->guard", opening["guard"], "guards at (t_n, q_n)"),
-                Target("w->no_R", self.n_R, (), True, "no percussions at the last stage"),
+                dense("drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
+                dense("force_size", opening["force_size"], "size of dL/dq and f at t_n"),
+                dense("p", self.p_n, "p(t_n, q_n, v_n)"),
+                dense("mu", opening["mu"], "friction coefficients"),
+                dense("e_N", opening["e_N"], "normal restitution"),
+                dense("e_F", opening["e_F"], "tangential restitution"),
+                dense("guard", opening["guard"], "guards at (t_n, q_n)"),
+                Target("no_R", self.n_R, (), True, "no percussions at the last stage"),
             ),
         )
 
     def stage_points(self) -> Assembly:
         """Q^i = q_n + h sum_j a_ij V^j  (47a)."""
-        q_n = column("w->q", self.n)
+        q_n = self.memory.column("q", self.n)
         Q = []
         for i in range(self.s):
             rate = ca.SX.zeros(self.n, 1)
@@ -259,7 +271,7 @@ class Lobatto:
                     rate += self.a(i, j) * self.x[j * self.n : (j + 1) * self.n]
             Q.append(q_n + self.h * rate)
         return Assembly(
-            "stage_points", (dense("w->Q", ca.vertcat(*Q), "Q^i = q_n + h sum_j a_ij V^j  (47a)"),)
+            "stage_points", (dense("Q", ca.vertcat(*Q), "Q^i = q_n + h sum_j a_ij V^j  (47a)"),)
         )
 
     def position_values(self) -> Assembly:
@@ -272,14 +284,14 @@ class Lobatto:
         return Assembly(
             "position_values",
             (
-                dense("w->r", ca.vertcat(*r), "p^i - p_n - sum_j a_hat_ij F^j = 0  (47b)"),
+                dense("r", ca.vertcat(*r), "p^i - p_n - sum_j a_hat_ij F^j = 0  (47b)"),
                 dense(
-                    "w->y",
+                    "y",
                     ca.vertcat(ca.SX(0, 1), *y),
                     "g, gamma, g_N, gamma_F at the stages 2 ... s",
                 ),
                 dense(
-                    "w->radius",
+                    "radius",
                     ca.vertcat(ca.SX(0, 1), *radius),
                     "radii h bound of friction elements",
                 ),
@@ -340,7 +352,7 @@ class Lobatto:
 
     def velocity_values(self) -> Assembly:
         s, d = self.s, self.d
-        end = {name: self.end.at("w->end", name) for name in self.end.fields}
+        end = {name: self.end.at(self.memory, Place("end"), name) for name in self.end.fields}
         W = ca.horzcat(*(end[name] for name in _DIRECTIONS))
         r = end["p"] - self.p_n
         last = self.delta_P
@@ -359,13 +371,13 @@ class Lobatto:
         return Assembly(
             "velocity_values",
             (
-                dense("w->r", r, "p_{n+1} - p_n - sum_j b_j F^j = 0  (47d)"),
+                dense("r", r, "p_{n+1} - p_n - sum_j b_j F^j = 0  (47d)"),
                 dense(
-                    "w->y",
+                    "y",
                     y,
                     "g_dot, gamma, xi_N = g_N_dot + e_N g_N_dot(t_n), xi_F likewise  (68)",
                 ),
-                dense("w->radius", radius, "radii sum_j b_j h bound^j of friction elements"),
+                dense("radius", radius, "radii sum_j b_j h bound^j of friction elements"),
             ),
         )
 
@@ -373,18 +385,18 @@ class Lobatto:
         """e_N g_N_dot and e_F gamma_F at the start of the step."""
         return restitution(
             self.d,
-            ca.densify(self.end.at("w->start", "g_N_dot")),
-            ca.densify(self.end.at("w->start", "gamma_F")),
-            self.opening.at("w->opening", "e_N"),
-            self.opening.at("w->opening", "e_F"),
+            ca.densify(self.end.at(self.memory, Place("start"), "g_N_dot")),
+            ca.densify(self.end.at(self.memory, Place("start"), "gamma_F")),
+            self.opening.at(self.memory, Place("opening"), "e_N"),
+            self.opening.at(self.memory, Place("opening"), "e_F"),
         )
 
     def velocity_derivatives(self) -> Jacobian:
-        W = ca.horzcat(*(self.end.at("w->end", name) for name in _DIRECTIONS))
+        W = ca.horzcat(*(self.end.at(self.memory, Place("end"), name) for name in _DIRECTIONS))
         n_bounds = self.d["rho"].numel()
         return jacobian(
             "velocity_derivatives",
-            self.end_jacobian.at("w->end_jacobian", "p_v"),
+            self.end_jacobian.at(self.memory, Place("end_jacobian"), "p_v"),
             -W,
             W.T,
             ca.SX(n_bounds, self.n),
@@ -393,13 +405,13 @@ class Lobatto:
         )
 
     def finish(self) -> Assembly:
-        Q = column("w->Q", self.n, (self.s - 1) * self.n)
+        Q = self.memory.column("Q", self.n, (self.s - 1) * self.n)
         return Assembly(
             "finish",
             (
-                dense("w->q_end", Q, "q_{n+1} = Q^s"),
-                dense("w->v_end", self.v_end, "v_{n+1}"),
-                dense("w->P", self.delta_P, "Delta P"),
+                dense("q_end", Q, "q_{n+1} = Q^s"),
+                dense("v_end", self.v_end, "v_{n+1}"),
+                dense("P", self.delta_P, "Delta P"),
             ),
         )
 
@@ -408,27 +420,21 @@ class Lobatto:
         last = self.delta_P
         for j in range(self.s - 1):
             last = last - self.b(j) * self.R(j)
-        t = [ca.SX.sym("w->t") + float(c) * self.h for c in self.tableau.c]
+        t = [self.memory.number("t") + float(c) * self.h for c in self.tableau.c]
         return Assembly(
             "stages",
             (
-                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h"),
-                dense("stage_q", column("w->Q", self.s * self.n), "Q^i"),
-                dense("stage_v", self.x, "V^i"),
+                dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h", CALLER),
+                dense("stage_q", self.memory.column("Q", self.s * self.n), "Q^i", CALLER),
+                dense("stage_v", self.x, "V^i", CALLER),
                 dense(
                     "stage_R",
                     ca.vertcat(ca.SX(0, 1), self.lam, last / self.b(self.s - 1)),
                     "R^i, the last from Delta P = sum_j b_j R^j",
+                    CALLER,
                 ),
             ),
         )
-
-
-def stage_time(c: mp.mpf) -> str:
-    """C text of t_n + c h; numbers in braces get their suffix later."""
-    if c == 0:
-        return "w->t"
-    return "w->t + w->h" if c == 1 else f"w->t + {{{float(c)!r}}} * w->h"
 
 
 def blocks(rows: list[list[ca.SX]]) -> ca.SX:

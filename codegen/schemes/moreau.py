@@ -4,15 +4,20 @@ import casadi as ca
 from signorini.codegen.derive.magnitude import magnitude
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
+    CALLER,
     Assembly,
-    Call,
+    Evaluate,
+    Memory,
+    Parameters,
+    Place,
     Point,
     Problem,
+    Ref,
     Scheme,
     Target,
-    call,
-    column,
+    Time,
     dense,
+    evaluate,
     inertia,
     jacobian,
     restitution,
@@ -21,7 +26,7 @@ from signorini.codegen.sharing import share, terms_of_place
 
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
 _DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
-_MIDDLE = "w->t + {0.5} * w->h"
+_MIDDLE = Time(0.5)
 
 
 def moreau_scheme(d: Derivation, stages: int) -> Scheme:
@@ -48,7 +53,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     """
     data = d.data
     n, n_R = data.n_q, data.n_g + data.n_gamma + data.n_N + data.n_F
-    h = ca.SX.sym("w->h")
+    memory = Memory()
+    h = memory.number("h")
     values = Point(
         "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
     )
@@ -64,15 +70,15 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
         },
     )
-    terms, (values, mass, opening) = terms_of_place(data, (values, mass, start_values))
-    end, end_jacobian = share(values, mass)
-    begin = {name: end.at("w->start", name) for name in end.fields}
-    finish = {name: end.at("w->end", name) for name in end.fields}
-    known = {name: opening.at("w->opening", name) for name in opening.fields}
+    terms, (values, mass, opening) = terms_of_place(memory, data, (values, mass, start_values))
+    end, end_jacobian = share(memory, values, mass)
+    begin = {name: end.at(memory, Place("start"), name) for name in end.fields}
+    finish = {name: end.at(memory, Place("end"), name) for name in end.fields}
+    known = {name: opening.at(memory, Place("opening"), name) for name in opening.fields}
     W = ca.horzcat(*(finish[name] for name in _DIRECTIONS))
-    P = column("w->lambda", n_R)
-    v_end = column("w->x", n)
-    q_n, v_n = column("w->q", n), column("w->v", n)
+    P = memory.column("lambda", n_R)
+    v_end = memory.column("x", n)
+    q_n, v_n = memory.column("q", n), memory.column("v", n)
 
     r = finish["p"] - begin["p"] - h * known["force"]
     if n_R:
@@ -87,8 +93,9 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     y = ca.vertcat(
         finish["g_dot"], finish["gamma"], finish["g_N_dot"] + xi_N, finish["gamma_F"] + xi_F
     )
-    at_start, at_end = (_MIDDLE, "w->Q", "w->v", "par"), (_MIDDLE, "w->Q", "w->x", "par")
-    with_inputs = (_MIDDLE, "w->Q", "w->v", "w->u", "par", "w->h")
+    at_start = (_MIDDLE, Ref("Q"), Ref("v"), Parameters())
+    at_end = (_MIDDLE, Ref("Q"), Ref("x"), Parameters())
+    with_inputs = (_MIDDLE, Ref("Q"), Ref("v"), Ref("u"), Parameters(), Ref("h"))
     problem = Problem(
         "velocity",
         "Moreau's midpoint rule: v_{n+1}, P",
@@ -98,20 +105,20 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         False,
         ((1.0, 1.0),),
         (
-            call(end, at_end, "&w->end", "w->terms"),
+            evaluate(end, at_end, Place("end"), Ref("terms")),
             Assembly(
                 "velocity_values",
                 (
-                    dense("w->r", r, "(T5): p(v_{n+1}) - p(v_n) - h force - W P = 0"),
-                    dense("w->y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
-                    dense("w->radius", ca.densify(known["rho"]), "radii h bound"),
+                    dense("r", r, "(T5): p(v_{n+1}) - p(v_n) - h force - W P = 0"),
+                    dense("y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
+                    dense("radius", ca.densify(known["rho"]), "radii h bound"),
                 ),
             ),
         ),
-        (call(end_jacobian, at_end, "&w->end_jacobian", "w->terms", "&w->end"),),
+        (evaluate(end_jacobian, at_end, Place("end_jacobian"), Ref("terms"), Place("end")),),
         jacobian(
             "velocity_derivatives",
-            end_jacobian.at("w->end_jacobian", "p_v"),
+            end_jacobian.at(memory, Place("end_jacobian"), "p_v"),
             -W,
             W.T,
             ca.SX(d["rho"].numel(), n),
@@ -120,35 +127,36 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         ),
     )
     masses = inertia(
-        end_jacobian.at("w->start_jacobian", "p_v"),
+        end_jacobian.at(memory, Place("start_jacobian"), "p_v"),
         ca.horzcat(*(begin[name] for name in _DIRECTIONS)),
         ("M at (t_m, q_m)", "W^T at (t_m, q_m), row by row"),
     )
     drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
     start = (
-        Assembly("middle", (dense("w->Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
-        Call("terms", (_MIDDLE, "w->Q", "par"), "w->terms"),
-        call(end, at_start, "&w->start", "w->terms"),
-        call(end_jacobian, at_start, "&w->start_jacobian", "w->terms", "&w->start"),
-        call(opening, with_inputs, "&w->opening", "w->terms"),
+        Assembly("middle", (dense("Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
+        Evaluate("terms", (_MIDDLE, Ref("Q"), Parameters()), Ref("terms")),
+        evaluate(end, at_start, Place("start"), Ref("terms")),
+        evaluate(end_jacobian, at_start, Place("start_jacobian"), Ref("terms"), Place("start")),
+        evaluate(opening, with_inputs, Place("opening"), Ref("terms")),
         Assembly(
             "start_assembly",
             (
                 *masses.targets,
-                dense("w->drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
-                dense("w->force_size", known["force_size"], "size of the forces"),
-                dense("w->p", begin["p"], "p(t_m, q_m, v_n)"),
-                dense("w->mu", known["mu"], "friction coefficients"),
-                dense("w->e_N", known["e_N"], "normal restitution"),
-                dense("w->e_F", known["e_F"], "tangential restitution"),
-                dense("w->guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
-                Target("w->no_R", n_R, (), True, "not used"),
+                dense("drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
+                dense("force_size", known["force_size"], "size of the forces"),
+                dense("p", begin["p"], "p(t_m, q_m, v_n)"),
+                dense("mu", known["mu"], "friction coefficients"),
+                dense("e_N", known["e_N"], "normal restitution"),
+                dense("e_F", known["e_F"], "tangential restitution"),
+                dense("guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
+                Target("no_R", n_R, (), True, "not used"),
             ),
         ),
     )
     return Scheme(
         name="moreau",
         title="Moreau, midpoint",
+        memory=memory,
         stages=1,
         points=(end, end_jacobian, opening),
         places=(
@@ -166,18 +174,18 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         finish=Assembly(
             "finish",
             (
-                dense("w->q_end", q_n + h / 2 * (v_n + v_end), "q_n + h/2 (v_n + v_{n+1})"),
-                dense("w->v_end", v_end, "v_{n+1}"),
-                dense("w->P", P, "P"),
+                dense("q_end", q_n + h / 2 * (v_n + v_end), "q_n + h/2 (v_n + v_{n+1})"),
+                dense("v_end", v_end, "v_{n+1}"),
+                dense("P", P, "P"),
             ),
         ),
         record=Assembly(
             "stages",
             (
-                dense("stage_t", ca.SX.sym("w->t") + h / 2, "t_m"),
-                dense("stage_q", column("w->Q", n), "q_m"),
-                dense("stage_v", v_end, "v_{n+1}"),
-                dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P"),
+                dense("stage_t", memory.number("t") + h / 2, "t_m", CALLER),
+                dense("stage_q", memory.column("Q", n), "q_m", CALLER),
+                dense("stage_v", v_end, "v_{n+1}", CALLER),
+                dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P", CALLER),
             ),
         ),
         guarded=tuple(c.g_N is not None or c.guard is not None for c in data.contacts),

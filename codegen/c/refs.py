@@ -1,0 +1,53 @@
+"""Numbers, places and times of a program as C text."""
+
+from signorini.codegen.c.printer import Precision
+from signorini.codegen.program import (
+    ARGUMENT,
+    CALLER,
+    STATE,
+    WORK,
+    Argument,
+    Parameters,
+    Place,
+    Ref,
+    Time,
+)
+
+# How the arrays of each owner are reached; a buffer of the caller has a name of its own.
+_OWNERS = {WORK: "w->", STATE: "w->trial.", CALLER: "", ARGUMENT: ""}
+
+
+def lvalue(ref: Ref) -> str:
+    """One number."""
+    text = _OWNERS[ref.owner] + ref.array
+    if ref.index is not None:
+        text += f"[{ref.index}]"
+    if ref.field:
+        name, entry = ref.field
+        arrow = "->" if ref.owner == ARGUMENT else "."
+        text += f"{arrow}{name}[{entry}]"
+    return text
+
+
+def array(name: str, owner: str) -> str:
+    """The first number of an array."""
+    return _OWNERS[owner] + name
+
+
+def base(name: str, owner: str) -> str:
+    """The argument of a C function through which an array is reached."""
+    return name if owner == CALLER else "w"
+
+
+def argument(value: Argument, precision: Precision) -> str:
+    """What is handed to an evaluating function: a pointer, a number or the parameters."""
+    if isinstance(value, Parameters):
+        return "par"
+    if isinstance(value, Time):
+        if value.c == 0:
+            return "w->t"
+        return "w->t + w->h" if value.c == 1 else f"w->t + {precision.number(value.c)} * w->h"
+    if isinstance(value, Place):
+        index = "" if value.index is None else f"[{value.index}]"
+        return f"&{_OWNERS[value.owner]}{value.name}{index}"
+    return lvalue(value) if value.index is None else f"&{lvalue(value)}"
