@@ -82,7 +82,7 @@ def run(
     model: str,
     *,
     stages: Whole = 3,
-    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    scheme: str = "lobatto",
     velocity_constraints: Literal["paper", "full_order"] | None = None,
     dt: Real | None = None,
     t_end: Real | None = None,
@@ -107,7 +107,8 @@ def run(
     stages
         Number of stages s of the Lobatto scheme, at least 2.
     scheme
-        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+        lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts on velocity
+        level.
     velocity_constraints
         paper, or full_order: the default for models without contacts.
     dt
@@ -197,7 +198,7 @@ def generate(
     model: str,
     *,
     stages: Whole = 3,
-    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    scheme: str = "lobatto",
     velocity_constraints: Literal["paper", "full_order"] | None = None,
     out: Path | None = None,
     prefix: str | None = None,
@@ -213,7 +214,8 @@ def generate(
     stages
         Number of stages s of the Lobatto scheme, at least 2.
     scheme
-        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+        lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts on velocity
+        level.
     velocity_constraints
         paper, or full_order: the default for models without contacts.
     out
@@ -264,7 +266,7 @@ def check(
     model: str,
     *,
     stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
-    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    scheme: str = "lobatto",
     velocity_constraints: Literal["paper", "full_order"] | None = None,
     precision: Literal["double", "float"] = "double",
     prefix: str | None = None,
@@ -286,7 +288,7 @@ def check(
     stages
         Numbers of stages to check, by default 2 3 4.
     scheme
-        lobatto or moreau.
+        lobatto, moreau, or theta[=VALUE].
     velocity_constraints
         paper, or full_order: the default for models without contacts.
     precision
@@ -663,7 +665,7 @@ def sweep(
     over: Annotated[list[str], Parameter(consume_multiple=True, negative=())],
     set: Pairs = None,
     stages: Whole = 3,
-    scheme: Literal["lobatto", "moreau"] = "lobatto",
+    scheme: str = "lobatto",
     precision: Literal["double", "float"] = "double",
     dt: Real | None = None,
     t_end: Real | None = None,
@@ -693,7 +695,8 @@ def sweep(
     stages
         Number of stages s of the Lobatto scheme, at least 2.
     scheme
-        lobatto, or moreau: Moreau's midpoint rule, first order, contacts on velocity level.
+        lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts on velocity
+        level.
     precision
         Real type of the generated C.
     dt

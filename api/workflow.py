@@ -36,7 +36,7 @@ def build(
         The model.
     stages : int
         Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2.
-    scheme : {"lobatto", "moreau"}
+    scheme : {"lobatto", "moreau", "theta", "theta=0.7"}
         The variational scheme, or Moreau's midpoint rule, for which `stages` means nothing.
     velocity_constraints : {"paper", "full_order"}, optional
         "paper": gamma = 0 holds at the stage velocities V^i, (51), order s - 1 where its directions

@@ -55,7 +55,12 @@ CATCHERS = (
         "tests/test_benchmarks.py tests/test_robustness.py",
         "(ball or equal or stress or units or scratch or any_mass or pushed) and not 5 and not 4",
     ),
-    ("full order, Moreau", "tests/test_full_order.py tests/test_moreau.py", "not coin"),
+    (
+        "full order, Moreau, theta",
+        "tests/test_full_order.py tests/test_moreau.py tests/test_theta.py",
+        "not coin",
+    ),
+    ("tables", "tests/test_tables.py", ""),
     (
         "bodies, sizes of terms",
         "tests/test_bodies.py tests/test_commands_for_models.py",

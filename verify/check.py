@@ -17,12 +17,11 @@ from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.stepper import Stepper
 from signorini.verify.draw import Drawer, State, seen, wanted
 from signorini.verify.expressions import DIGITS, Expressions
-from signorini.verify.full_order import FullOrderReference
 from signorini.verify.functions import reference_values
 from signorini.verify.judge import accepts
-from signorini.verify.moreau import MoreauReference
 from signorini.verify.reference import Reference, Step
 from signorini.verify.report import Item, Report
+from signorini.verify.schemes import find
 
 _FUNCTION_STATES = 4
 _JACOBIAN_STATES = 2
@@ -53,11 +52,8 @@ _LEFT_OUT = (
 def reference_of(model: Model, stepper: Stepper, high: bool = False) -> Reference:
     """The reference of the scheme and form that a stepper has."""
     m = stepper.manifest
-    if m["scheme"] == "moreau":
-        return MoreauReference(model, stepper.stages, high=high)
-    if m["velocity_form"] == "full_order":
-        return FullOrderReference(model, stepper.stages, high=high)
-    return Reference(model, stepper.stages, high=high)
+    option = m["scheme"].partition("=")[2]
+    return find(m["scheme"], m["velocity_form"])(model, stepper.stages, high=high, option=option)
 
 
 def _worst(error: np.ndarray, size: np.ndarray) -> float:
@@ -125,7 +121,7 @@ class Checker:
     def _describe(self, stepper: Stepper, stages: Sequence[int]) -> None:
         m = stepper.manifest
         own = reference_of(self.model, stepper)
-        numbers = "" if m["scheme"] == "moreau" else f", s = {', '.join(map(str, stages))}"
+        numbers = "" if not own.numbered else f", s = {', '.join(map(str, stages))}"
         self.report.covers += [
             f"{own.covers}{numbers}, {m['precision']} precision, prefix {m['prefix']}",
             f"{len(stepper.functions)} model functions at {_FUNCTION_STATES} states, all rows and "

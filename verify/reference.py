@@ -64,8 +64,12 @@ class Reference:
         Rule for the contacts that take part in the impact equations.
     high : bool
         Evaluate the smooth rows with 50 digits.
+    option : str
+        Value of the scheme's option, "" for its default.
     """
 
+    scheme = ("lobatto", "paper")
+    numbered = True  # whether the number of stages can be chosen
     covers = "the paper's form, (47), (51) to (60)"
     equations: ClassVar[dict[str, str]] = {
         "momentum": "(47b)",
@@ -77,9 +81,15 @@ class Reference:
     }
 
     def __init__(
-        self, model: Model, stages: int, active_set: str = "any_stage", high: bool = False
+        self,
+        model: Model,
+        stages: int,
+        active_set: str = "any_stage",
+        high: bool = False,
+        option: str = "",
     ) -> None:
         self.e = Expressions(model, high)
+        self.option = option
         self.s = stages
         self.c, self.b, self.a, self.a_hat = coefficients(stages)
         self.active_set = active_set

@@ -10,6 +10,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from signorini.codegen import schemes
 from signorini.codegen.c import refs
 from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.c.footprint import (
@@ -39,12 +40,8 @@ from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
 from signorini.codegen.frontend.names import FILES, HEADERS
 from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
-from signorini.codegen.schemes.full_order import full_order_scheme
-from signorini.codegen.schemes.lobatto import lobatto_scheme
-from signorini.codegen.schemes.moreau import moreau_scheme
 from signorini.version import __version__
 
-SCHEMES = {"lobatto": lobatto_scheme, "moreau": moreau_scheme}
 RUNTIME_FILES = (
     "sg_real.h",
     "sg_linalg.c",
@@ -342,7 +339,7 @@ def emit_spec(
     stages : int
         Number of stages s >= 2.
     scheme : str
-        Name of the scheme, "lobatto" or "moreau".
+        Name of a scheme of `signorini.codegen.schemes`, or ``name=number``.
     velocity_constraints : {"paper", "full_order"}, optional
         Where gamma = 0 holds, see `build`.
     prefix : str, optional
@@ -355,8 +352,10 @@ def emit_spec(
     GenerationError
         For options out of range.
     """
-    if scheme not in SCHEMES:
-        raise GenerationError(f"scheme {scheme!r} is unknown; there is: {', '.join(SCHEMES)}")
+    try:
+        schemes.find(scheme, "paper")
+    except ValueError as error:
+        raise GenerationError(str(error)) from None
     if precision not in PRECISIONS:
         raise GenerationError(
             f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
@@ -401,37 +400,15 @@ def emit_spec(
                     f"is {p.default:g}, which single precision does not hold",
                     "Scale the model's units, or generate in double precision",
                 )
-    form = _velocity_constraints(data, scheme, velocity_constraints)
     d = Derivation(data)
-    make = full_order_scheme if form == "full_order" else SCHEMES[scheme]
     try:
-        plan = make(d, int(stages) if isinstance(stages, np.integer) else stages)
+        form = schemes.velocity_form(data, scheme, velocity_constraints)
+        registered, value = schemes.find(scheme, form)
+        number = int(stages) if isinstance(stages, np.integer) else stages
+        plan = registered.make(d, number, value)
     except ValueError as error:
         raise GenerationError(str(error)) from None
     return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()
-
-
-def _velocity_constraints(data: ModelData, scheme: str, asked: str | None) -> str:
-    """The form in use: full order by default where it can be had, the paper's elsewhere."""
-    possible = scheme == "lobatto" and data.n_gamma > 0 and not data.contacts
-    if asked is None:
-        return "full_order" if possible else "paper"
-    if asked not in ("paper", "full_order"):
-        raise GenerationError(
-            f"velocity_constraints {asked!r} is unknown; choose one of: paper, full_order"
-        )
-    if asked == "full_order" and not possible:
-        reason = (
-            "it has contacts, whose impacts this form does not know yet"
-            if data.contacts
-            else "it has no velocity constraints"
-            if not data.n_gamma
-            else f"the scheme is {scheme}"
-        )
-        raise GenerationError(
-            f"model '{data.name}', velocity_constraints='full_order': {reason}. Use 'paper'."
-        )
-    return asked
 
 
 _WORK = CParameter("w", struct="work", const=False)

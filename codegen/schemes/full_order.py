@@ -2,6 +2,7 @@
 
 import casadi as ca
 from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import (
     CALLER,
     Assembly,
@@ -18,11 +19,12 @@ from signorini.codegen.program import (
     evaluate,
     jacobian,
 )
+from signorini.codegen.schemes import Registered
 from signorini.codegen.schemes.lobatto import Lobatto, blocks
 from signorini.codegen.sharing import share
 
 
-def full_order_scheme(d: Derivation, stages: int) -> Scheme:
+def full_order_scheme(d: Derivation, stages: int, value: float) -> Scheme:
     """Return the scheme for a model without contacts.
 
     Parameters
@@ -31,6 +33,8 @@ def full_order_scheme(d: Derivation, stages: int) -> Scheme:
         Derived functions of the model.
     stages : int
         Number of stages s >= 2.
+    value : float
+        Not used: there is no option.
 
     Notes
     -----
@@ -341,3 +345,13 @@ class _FullOrder(Lobatto):
                 dense("stage_R", self.memory.column("R", self.s * self.n_R), "R^i", CALLER),
             ),
         )
+
+
+def _unfit(data: ModelData) -> str:
+    """Why a model cannot have this form."""
+    if data.contacts:
+        return "it has contacts, whose impacts this form does not know yet"
+    return "" if data.n_gamma else "it has no velocity constraints"
+
+
+REGISTERED = Registered("lobatto", full_order_scheme, form="full_order", unfit=_unfit)

@@ -23,6 +23,7 @@ from signorini.codegen.program import (
     jacobian,
     restitution,
 )
+from signorini.codegen.schemes import Registered
 from signorini.codegen.schemes.tableau import first_instability, lobatto
 from signorini.codegen.sharing import share, terms_of_place
 
@@ -31,7 +32,7 @@ _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
 _DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
 
 
-def lobatto_scheme(d: Derivation, stages: int) -> Scheme:
+def lobatto_scheme(d: Derivation, stages: int, value: float) -> Scheme:
     """Return the scheme for the model behind `d`.
 
     Parameters
@@ -40,6 +41,8 @@ def lobatto_scheme(d: Derivation, stages: int) -> Scheme:
         Derived functions of the model.
     stages : int
         Number of stages s >= 2.
+    value : float
+        Not used: there is no option.
 
     Notes
     -----
@@ -440,3 +443,6 @@ class Lobatto:
 def blocks(rows: list[list[ca.SX]]) -> ca.SX:
     """A matrix of blocks."""
     return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+
+
+REGISTERED = Registered("lobatto", lobatto_scheme)

@@ -22,6 +22,7 @@ from signorini.codegen.program import (
     jacobian,
     restitution,
 )
+from signorini.codegen.schemes import Registered
 from signorini.codegen.sharing import share, terms_of_place
 
 _END_ROWS = ("g_dot", "gamma", "g_N_dot", "gamma_F")
@@ -29,7 +30,7 @@ _DIRECTIONS = ("W_g", "W_gamma", "W_N", "W_F")
 _MIDDLE = Time(0.5)
 
 
-def moreau_scheme(d: Derivation, stages: int) -> Scheme:
+def moreau_scheme(d: Derivation, stages: int, value: float) -> Scheme:
     """Return the scheme for the model behind `d`.
 
     Parameters
@@ -38,6 +39,8 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         Derived functions of the model.
     stages : int
         Not used: the scheme has one point, the middle.
+    value : float
+        Not used: there is no option.
 
     Notes
     -----
@@ -51,51 +54,12 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
     (T5), (T6), (T7) of docs/theory.md. Constraints hold on velocity level only: position
     constraints drift, contacts penetrate.
     """
-    data = d.data
-    n, n_R = data.n_q, data.n_g + data.n_gamma + data.n_N + data.n_F
     memory = Memory()
-    h = memory.number("h")
-    values = Point(
-        "end", ("t", "q", "v", "par"), {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)}
-    )
-    mass = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
-    start_values = Point(
-        "opening",
-        ("t", "q", "v", "u", "par", "h"),
-        {
-            "force": d["force"],
-            "force_size": magnitude(d["force"]) + d["bound_force"],
-            "guard": _closed(d),
-            **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
-            **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
-        },
-    )
-    terms, (values, mass, opening) = terms_of_place(memory, data, (values, mass, start_values))
-    end, end_jacobian = share(memory, values, mass)
-    begin = {name: end.at(memory, Place("start"), name) for name in end.fields}
-    finish = {name: end.at(memory, Place("end"), name) for name in end.fields}
-    known = {name: opening.at(memory, Place("opening"), name) for name in opening.fields}
-    W = ca.horzcat(*(finish[name] for name in _DIRECTIONS))
-    P = memory.column("lambda", n_R)
-    v_end = memory.column("x", n)
-    q_n, v_n = memory.column("q", n), memory.column("v", n)
-
-    r = finish["p"] - begin["p"] - h * known["force"]
-    if n_R:
+    middle = AtMiddle(d, memory)
+    n, h, W, P = d.data.n_q, middle.h, middle.W, middle.P
+    r = middle.change - h * middle.known["force"]
+    if middle.n_R:
         r = r - W @ P
-    xi_N, xi_F = restitution(
-        d,
-        ca.densify(begin["g_N_dot"]),
-        ca.densify(begin["gamma_F"]),
-        known["e_N"],
-        known["e_F"],
-    )
-    y = ca.vertcat(
-        finish["g_dot"], finish["gamma"], finish["g_N_dot"] + xi_N, finish["gamma_F"] + xi_F
-    )
-    at_start = (_MIDDLE, Ref("Q"), Ref("v"), Parameters())
-    at_end = (_MIDDLE, Ref("Q"), Ref("x"), Parameters())
-    with_inputs = (_MIDDLE, Ref("Q"), Ref("v"), Ref("u"), Parameters(), Ref("h"))
     problem = Problem(
         "velocity",
         "Moreau's midpoint rule: v_{n+1}, P",
@@ -105,77 +69,44 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
         False,
         ((1.0, 1.0),),
         (
-            evaluate(end, at_end, Place("end"), Ref("terms")),
+            middle.evaluate_end(),
             Assembly(
                 "velocity_values",
                 (
                     dense("r", r, "(T5): p(v_{n+1}) - p(v_n) - h force - W P = 0"),
-                    dense("y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
-                    dense("radius", ca.densify(known["rho"]), "radii h bound"),
+                    *middle.kinematics(),
                 ),
             ),
         ),
-        (evaluate(end_jacobian, at_end, Place("end_jacobian"), Ref("terms"), Place("end")),),
+        (middle.evaluate_end_jacobian(),),
         jacobian(
             "velocity_derivatives",
-            end_jacobian.at(memory, Place("end_jacobian"), "p_v"),
+            middle.mass,
             -W,
             W.T,
             ca.SX(d["rho"].numel(), n),
-            tuple(range(data.n_g + data.n_gamma)),
+            tuple(range(d.data.n_g + d.data.n_gamma)),
             ("K = [dp/dv_{n+1}, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
         ),
     )
-    masses = inertia(
-        end_jacobian.at(memory, Place("start_jacobian"), "p_v"),
-        ca.horzcat(*(begin[name] for name in _DIRECTIONS)),
-        ("M at (t_m, q_m)", "W^T at (t_m, q_m), row by row"),
-    )
-    drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
-    start = (
-        Assembly("middle", (dense("Q", q_n + h / 2 * v_n, "q_m = q_n + h/2 v_n"),)),
-        Evaluate("terms", (_MIDDLE, Ref("Q"), Parameters()), Ref("terms")),
-        evaluate(end, at_start, Place("start"), Ref("terms")),
-        evaluate(end_jacobian, at_start, Place("start_jacobian"), Ref("terms"), Place("start")),
-        evaluate(opening, with_inputs, Place("opening"), Ref("terms")),
-        Assembly(
-            "start_assembly",
-            (
-                *masses.targets,
-                dense("drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
-                dense("force_size", known["force_size"], "size of the forces"),
-                dense("p", begin["p"], "p(t_m, q_m, v_n)"),
-                dense("mu", known["mu"], "friction coefficients"),
-                dense("e_N", known["e_N"], "normal restitution"),
-                dense("e_F", known["e_F"], "tangential restitution"),
-                dense("guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
-                Target("no_R", n_R, (), True, "not used"),
-            ),
-        ),
-    )
+    place = middle.q_n + h / 2 * (middle.v_n + middle.v_end)
     return Scheme(
         name="moreau",
         title="Moreau, midpoint",
         memory=memory,
         stages=1,
-        points=(end, end_jacobian, opening),
-        places=(
-            ("end", "start", 0),
-            ("end_jacobian", "start_jacobian", 0),
-            ("end", "end", 0),
-            ("end_jacobian", "end_jacobian", 0),
-            ("opening", "opening", 0),
-        ),
-        inertia=masses,
-        terms=terms,
+        points=middle.points,
+        places=middle.places,
+        inertia=middle.inertia,
+        terms=middle.terms,
         recalls=False,
-        start=start,
+        start=middle.start,
         problems=(problem,),
         finish=Assembly(
             "finish",
             (
-                dense("q_end", q_n + h / 2 * (v_n + v_end), "q_n + h/2 (v_n + v_{n+1})"),
-                dense("v_end", v_end, "v_{n+1}"),
+                dense("q_end", place, "q_n + h/2 (v_n + v_{n+1})"),
+                dense("v_end", middle.v_end, "v_{n+1}"),
                 dense("P", P, "P"),
             ),
         ),
@@ -184,12 +115,142 @@ def moreau_scheme(d: Derivation, stages: int) -> Scheme:
             (
                 dense("stage_t", memory.number("t") + h / 2, "t_m", CALLER),
                 dense("stage_q", memory.column("Q", n), "q_m", CALLER),
-                dense("stage_v", v_end, "v_{n+1}", CALLER),
+                dense("stage_v", middle.v_end, "v_{n+1}", CALLER),
                 dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P", CALLER),
             ),
         ),
-        guarded=tuple(c.g_N is not None or c.guard is not None for c in data.contacts),
+        guarded=middle.guarded,
     )
+
+
+class AtMiddle:
+    """What schemes on velocity level share: momenta, directions and contact laws at (t_m, q_m).
+
+    Attributes
+    ----------
+    points, places, inertia, terms, start, guarded
+        Parts of the `Scheme`.
+    h, q_n, v_n, v_end, P : SX
+        Step size, state, unknown velocity and percussions.
+    change : SX
+        p(t_m, q_m, v_{n+1}) - p(t_m, q_m, v_n).
+    mass, W : SX
+        dp/dv_{n+1} and the directions.
+    known : dict of SX
+        What was found at the start: force, rho, ...
+    """
+
+    def __init__(self, d: Derivation, memory: Memory) -> None:
+        data = d.data
+        n = data.n_q
+        self.n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
+        self.h = memory.number("h")
+        values = Point(
+            "end",
+            ("t", "q", "v", "par"),
+            {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)},
+        )
+        mass = Point("end_jacobian", ("t", "q", "v", "par"), {"p_v": d["p_v"]})
+        start_values = Point(
+            "opening",
+            ("t", "q", "v", "u", "par", "h"),
+            {
+                "force": d["force"],
+                "force_size": magnitude(d["force"]) + d["bound_force"],
+                "guard": _closed(d),
+                **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
+                **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
+            },
+        )
+        self.terms, points = terms_of_place(memory, data, (values, mass, start_values))
+        values, mass, opening = points
+        end, end_jacobian = share(memory, values, mass)
+        self._end, self._end_jacobian = end, end_jacobian
+        self.points = (end, end_jacobian, opening)
+        self.places = (
+            ("end", "start", 0),
+            ("end_jacobian", "start_jacobian", 0),
+            ("end", "end", 0),
+            ("end_jacobian", "end_jacobian", 0),
+            ("opening", "opening", 0),
+        )
+        begin = {name: end.at(memory, Place("start"), name) for name in end.fields}
+        self._finish = {name: end.at(memory, Place("end"), name) for name in end.fields}
+        self.known = {name: opening.at(memory, Place("opening"), name) for name in opening.fields}
+        self.W = ca.horzcat(*(self._finish[name] for name in _DIRECTIONS))
+        self.mass = end_jacobian.at(memory, Place("end_jacobian"), "p_v")
+        self.P = memory.column("lambda", self.n_R)
+        self.v_end = memory.column("x", n)
+        self.q_n, self.v_n = memory.column("q", n), memory.column("v", n)
+        self.change = self._finish["p"] - begin["p"]
+        self._xi_N, self._xi_F = restitution(
+            d,
+            ca.densify(begin["g_N_dot"]),
+            ca.densify(begin["gamma_F"]),
+            self.known["e_N"],
+            self.known["e_F"],
+        )
+        self.inertia = inertia(
+            end_jacobian.at(memory, Place("start_jacobian"), "p_v"),
+            ca.horzcat(*(begin[name] for name in _DIRECTIONS)),
+            ("M at (t_m, q_m)", "W^T at (t_m, q_m), row by row"),
+        )
+        self.guarded = tuple(c.g_N is not None or c.guard is not None for c in data.contacts)
+        self.start = self._start(opening, begin)
+
+    def _start(self, opening: Point, begin: dict[str, ca.SX]) -> tuple[Evaluate | Assembly, ...]:
+        known = self.known
+        at_start = (_MIDDLE, Ref("Q"), Ref("v"), Parameters())
+        with_inputs = (_MIDDLE, Ref("Q"), Ref("v"), Ref("u"), Parameters(), Ref("h"))
+        terms = Ref("terms")
+        drift = [known[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")]
+        middle = self.q_n + self.h / 2 * self.v_n
+        return (
+            Assembly("middle", (dense("Q", middle, "q_m = q_n + h/2 v_n"),)),
+            Evaluate("terms", (_MIDDLE, Ref("Q"), Parameters()), terms),
+            evaluate(self._end, at_start, Place("start"), terms),
+            evaluate(self._end_jacobian, at_start, Place("start_jacobian"), terms, Place("start")),
+            evaluate(opening, with_inputs, Place("opening"), terms),
+            Assembly(
+                "start_assembly",
+                (
+                    *self.inertia.targets,
+                    dense("drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
+                    dense("force_size", known["force_size"], "size of the forces"),
+                    dense("p", begin["p"], "p(t_m, q_m, v_n)"),
+                    dense("mu", known["mu"], "friction coefficients"),
+                    dense("e_N", known["e_N"], "normal restitution"),
+                    dense("e_F", known["e_F"], "tangential restitution"),
+                    dense("guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
+                    Target("no_R", self.n_R, (), True, "not used"),
+                ),
+            ),
+        )
+
+    def evaluate_end(self) -> Evaluate:
+        """Momenta, directions and velocities of contacts with v_{n+1}."""
+        at_end = (_MIDDLE, Ref("Q"), Ref("x"), Parameters())
+        return evaluate(self._end, at_end, Place("end"), Ref("terms"))
+
+    def evaluate_end_jacobian(self) -> Evaluate:
+        """The mass matrix with v_{n+1}."""
+        at_end = (_MIDDLE, Ref("Q"), Ref("x"), Parameters())
+        into, at = Place("end_jacobian"), Place("end")
+        return evaluate(self._end_jacobian, at_end, into, Ref("terms"), at)
+
+    def kinematics(self) -> tuple[Target, Target]:
+        """Rows of constraints and contacts, and radii, (T6)."""
+        finish = self._finish
+        y = ca.vertcat(
+            finish["g_dot"],
+            finish["gamma"],
+            finish["g_N_dot"] + self._xi_N,
+            finish["gamma_F"] + self._xi_F,
+        )
+        return (
+            dense("y", y, "g_dot, gamma, xi_N, xi_F at the middle"),
+            dense("radius", ca.densify(self.known["rho"]), "radii h bound"),
+        )
 
 
 def _closed(d: Derivation) -> ca.SX:
@@ -199,3 +260,6 @@ def _closed(d: Derivation) -> ca.SX:
         closed = ca.SX(0) if c.g_N is None else -c.g_N
         rows.append(closed if c.guard is None else ca.fmin(closed, c.guard))
     return ca.vertcat(ca.SX(0, 1), *rows)
+
+
+REGISTERED = Registered("moreau", moreau_scheme)

@@ -14,6 +14,7 @@ _STEP = 15  # digits of differences along a direction, in 50-digit arithmetic
 class FullOrderReference(Reference):
     """The scheme for a model without contacts, gamma = 0 at auxiliary velocities U^i."""
 
+    scheme = ("lobatto", "full_order")
     covers = "velocity constraints at full order, (47b), (47d), (47f), (48), (T1) to (T4)"
     equations: ClassVar[dict[str, str]] = {
         "momentum": "(47b)",
@@ -23,8 +24,8 @@ class FullOrderReference(Reference):
         "start": "R_gamma^1 = h lambda_n  (T3), (T4)",
     }
 
-    def __init__(self, model: Model, stages: int, high: bool = False) -> None:
-        super().__init__(model, stages, high=high)
+    def __init__(self, model: Model, stages: int, high: bool = False, option: str = "") -> None:
+        super().__init__(model, stages, high=high, option=option)
         self.exact = self.e if high else Expressions(model, True)
 
     @property
@@ -193,3 +194,6 @@ class FullOrderReference(Reference):
     def solve(self, *arguments: Any, **more: Any) -> None:
         """Steps of this form are verified, not solved anew."""
         return
+
+
+REFERENCE = FullOrderReference

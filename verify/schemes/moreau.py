@@ -10,6 +10,8 @@ from signorini.verify.reference import Reference, Step, Unknowns, prox_residual
 class MoreauReference(Reference):
     """One evaluation at the middle; contacts on velocity level."""
 
+    scheme = ("moreau", "paper")
+    numbered = False
     covers = "Moreau's midpoint scheme, (T5) to (T7)"
     equations: ClassVar[dict[str, str]] = {
         "end": "(T5)",
@@ -19,8 +21,8 @@ class MoreauReference(Reference):
         "friction": "(T6), friction",
     }
 
-    def __init__(self, model: Model, stages: int, high: bool = False) -> None:
-        super().__init__(model, 2, high=high)
+    def __init__(self, model: Model, stages: int, high: bool = False, option: str = "") -> None:
+        super().__init__(model, 2, high=high, option=option)
 
     @property
     def problems(self) -> dict[str, Unknowns]:
@@ -36,14 +38,7 @@ class MoreauReference(Reference):
         _, _, v, u, par = at
         middle = self._middle(at, h)
         here, there = (*middle, v, u, par), (*middle, x, u, par)
-        step = self._tiny(x)
-
-        def carried() -> Any:
-            t, q = middle
-            plus = self.e.p(t + step, q + step * v, v, u, par)
-            return (plus - self.e.p(t - step, q - step * v, v, u, par)) / (2 * step)
-
-        force = self.e.L_q(*here) + self.e.value("f", *here) - carried()
+        force = self._force(x, at, h)
         r = self.e.p(*there) - self.e.p(*here) - h * force - self.e.W(*here) @ lam
         xi = np.array(self.e.y_dot(*there), dtype=object if self.e.high else float)
         e_N, e_F = self.restitution(at)
@@ -52,7 +47,23 @@ class MoreauReference(Reference):
         xi[self.n_normal :] += e_F * before[self.n_normal :]
         return r, xi
 
-    def _tiny(self, x: np.ndarray) -> Any:
+    def _end_place(self, q: Any, v: Any, v_end: Any, h: Any) -> Any:
+        return np.asarray(q) + h / 2 * (np.asarray(v) + v_end)
+
+    def _force(self, v_end: np.ndarray, at: tuple[Any, ...], h: Any) -> np.ndarray:
+        """What changes the momenta."""
+        _, _, v, u, par = at
+        return self._force_at((*self._middle(at, h), v, u, par))
+
+    def _force_at(self, at: tuple[Any, ...]) -> np.ndarray:
+        """dL/dq + f - p_q v - p_t."""
+        t, q, v, u, par = at
+        step = self._tiny()
+        plus = self.e.p(t + step, q + step * v, v, u, par)
+        carried = (plus - self.e.p(t - step, q - step * v, v, u, par)) / (2 * step)
+        return np.asarray(self.e.L_q(*at) + self.e.value("f", *at) - carried)
+
+    def _tiny(self) -> Any:
         if self.e.high:
             import mpmath as mp
 
@@ -91,7 +102,7 @@ class MoreauReference(Reference):
             friction.append(prox_residual(P[f], np.asarray(xi[f], float), radius, r[f]))
         return {
             "end": momentum,
-            **self._place(step, np.asarray(q) + h / 2 * (np.asarray(v) + step.v_end)),
+            **self._place(step, self._end_place(q, v, step.v_end, h)),
             "bilateral": xi[: self.n_bilateral],
             "normal": np.array(normal, dtype=float),
             "friction": np.concatenate([np.zeros(0), *friction]),
@@ -121,3 +132,6 @@ class MoreauReference(Reference):
     def solve(self, *arguments: Any, **more: Any) -> None:
         """Steps of this scheme are verified, not solved anew."""
         return
+
+
+REFERENCE = MoreauReference
