@@ -203,6 +203,7 @@ def generate(
     out: Path | None = None,
     prefix: str | None = None,
     precision: Literal["double", "float"] = "double",
+    target: Literal["c", "numpy"] = "c",
     check: Path | None = None,
 ) -> None:
     """Write the C stepper of MODEL into a folder.
@@ -224,6 +225,8 @@ def generate(
         Prefix of the C names, by default the model's name.
     precision
         Real type of the generated C.
+    target
+        c, or numpy: the model's functions as one Python module.
     check
         Write nothing; compare this generated folder with the model and show what differs.
     """
@@ -247,8 +250,12 @@ def generate(
         velocity_constraints=velocity_constraints,
         prefix=prefix,
         precision=precision,
+        target=target,
     )
     console = Console()
+    if folder.is_file():
+        console.print(f"module: {folder}", markup=False, highlight=False, soft_wrap=True)
+        return
     table = Table(title=f"{folder}", title_justify="left")
     table.add_column("file")
     table.add_column("bytes", justify="right")

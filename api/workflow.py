@@ -12,6 +12,7 @@ from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.names import HEADERS
 from signorini.codegen.frontend.validate import freeze
+from signorini.codegen.numpy import emit as numpy_target
 from signorini.runtime.compile import cache_folder
 from signorini.runtime.library import read_manifest
 from signorini.runtime.stepper import Stepper, load
@@ -96,6 +97,7 @@ def generate(
     velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
+    target: str = "c",
 ) -> Path:
     """Write the C stepper of a model into a folder, all files or none.
 
@@ -107,17 +109,25 @@ def generate(
         Folder to write; an earlier generation in it is replaced.
     stages, scheme, velocity_constraints, prefix, precision
         As for `build`.
+    target : {"c", "numpy"}
+        "numpy" writes the model's functions, without a scheme, as the module
+        ``<prefix>_model.py``, which needs NumPy alone.
 
     Returns
     -------
     Path
-        The folder.
+        The folder, or the module.
 
     Raises
     ------
     ModelError, GenerationError
         Before anything is written.
     """
+    if target == "numpy":
+        data = freeze(model)
+        return numpy_target.write(data, out_dir, data.name if prefix is None else prefix)
+    if target != "c":
+        raise GenerationError(f"target {target!r} is unknown; choose c or numpy")
     return emit.write(
         _render(model, stages, scheme, velocity_constraints, prefix, precision), out_dir
     )

@@ -35,6 +35,7 @@ from signorini.codegen.c.layout import (
 )
 from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.tables import CTable, c_table
+from signorini.codegen.derive.public import PUBLIC
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
@@ -69,45 +70,6 @@ _TEMPLATE_MACROS = (
     *("SG_NK", "SG_NB", "SG_SPATIAL", "SG_DIRECTIONS", "SG_STAGES", "SG_NX_TOTAL", "SG_NL_TOTAL"),
     *("SG_PROBLEMS", "SG_TERMS", "SG_KEY", "SG_STABLE", "SG_STABLE_PHASE", "SG_MOBILITY"),
     "SG_TABULATED",
-)
-
-# Public model functions and their arguments; those without entries are left out.
-PUBLIC: tuple[tuple[str, str], ...] = (
-    ("L", "tqv"),
-    ("energy", "tqv"),
-    ("p", "tqv"),
-    ("p_q", "tqv"),
-    ("p_v", "tqv"),
-    ("L_q", "tqv"),
-    ("L_q_q", "tqv"),
-    ("L_q_v", "tqv"),
-    ("f", "tqvu"),
-    ("f_q", "tqvu"),
-    ("f_v", "tqvu"),
-    ("g", "tq"),
-    ("g_dot", "tqv"),
-    ("W_g", "tq"),
-    ("chi_g", "tq"),
-    ("gamma", "tqv"),
-    ("gamma_q", "tqv"),
-    ("W_gamma", "tq"),
-    ("chi_gamma", "tq"),
-    ("g_N", "tq"),
-    ("g_N_dot", "tqv"),
-    ("W_N", "tq"),
-    ("chi_N", "tq"),
-    ("gamma_F", "tqv"),
-    ("gamma_F_q", "tqv"),
-    ("W_F", "tq"),
-    ("chi_F", "tq"),
-    ("bound", "tqu"),
-    ("guard", "tq"),
-    ("mu", ""),
-    ("e_N", ""),
-    ("e_F", ""),
-    ("WR", "tqR"),
-    ("WR_q", "tqR"),
-    ("outputs", "tqvu"),
 )
 
 

@@ -1,0 +1,1 @@
+"""Model functions as a Python module that needs NumPy alone."""
