@@ -8,24 +8,22 @@
 #include <math.h>
 #include <stdio.h>
 
-enum { Y = 1, PHI = 2, PSI = 3, LENGTH = 4 }; /* coordinates, in the order of hopper.h */
-enum { THRUST = 0, HIP = 1 };                 /* inputs */
-
 static hopper_work work;
 
 /* Keeps the hopping height and a forward speed of 0.5 m/s, as models/hopper.py does. */
-static void control(const hopper_state *s, hopper_real u[]) {
+static void control(const hopper_real q[], const hopper_real v[], hopper_real u[]) {
     const hopper_real stance = 0.15; /* duration of a stance [s] */
     const hopper_real speed = 0.5;
-    const hopper_real foot = s->q[Y] - s->q[LENGTH] * cos(s->q[PSI]);
+    const hopper_real foot = q[HOPPER_Q_Y] - q[HOPPER_Q_LENGTH] * cos(q[HOPPER_Q_PSI]);
     if (foot < 2e-3) {
-        u[THRUST] = s->v[LENGTH] > 0.0 ? 30.0 : 0.0;
-        u[HIP] = 60.0 * s->q[PHI] + 10.0 * s->v[PHI];
+        u[HOPPER_U_THRUST] = v[HOPPER_V_LENGTH_DOT] > 0.0 ? 30.0 : 0.0;
+        u[HOPPER_U_HIP] = 60.0 * q[HOPPER_Q_PHI] + 10.0 * v[HOPPER_V_PHI_DOT];
     } else {
-        const hopper_real forward = s->v[0] * stance / 2.0 + 0.1 * (s->v[0] - speed);
-        const hopper_real ratio = fmax(-0.5, fmin(0.5, forward / s->q[LENGTH]));
-        u[THRUST] = 0.0;
-        u[HIP] = -20.0 * (s->q[PSI] - asin(ratio)) - s->v[PSI];
+        const hopper_real forward =
+            v[HOPPER_V_X_DOT] * stance / 2.0 + 0.1 * (v[HOPPER_V_X_DOT] - speed);
+        const hopper_real ratio = fmax(-0.5, fmin(0.5, forward / q[HOPPER_Q_LENGTH]));
+        u[HOPPER_U_THRUST] = 0.0;
+        u[HOPPER_U_HIP] = -20.0 * (q[HOPPER_Q_PSI] - asin(ratio)) - v[HOPPER_V_PSI_DOT];
     }
 }
 
@@ -41,10 +39,10 @@ int main(void) {
     hopper_initial_state(&par, t0, q0, v0);
     status = hopper_init(&state, &par, &opt, t0[0], q0, v0);
     for (step = 1; status <= HOPPER_OK_SUBSTEPPED && step <= 6000; ++step) {
-        control(&state, u);
+        control(state.q, state.v, u);
         status = hopper_step(&state, &work, &info, &par, &opt, u, 1e-3);
         if (step % 500 == 0) {
-            printf("t %.3f x %.17g y %.17g\n", state.t, state.q[0], state.q[Y]);
+            printf("t %.3f x %.17g y %.17g\n", state.t, state.q[HOPPER_Q_X], state.q[HOPPER_Q_Y]);
         }
     }
     if (status > HOPPER_OK_SUBSTEPPED) {

@@ -36,7 +36,8 @@ int main(void) {
                                  &done);
     }
     for (row = 0; row < done / EVERY; ++row) {
-        printf("t %.3f y %.17g P_N %.17g\n", t[row], q[row * HOPPER_N_Q + 1], P[row * HOPPER_N_R]);
+        printf("t %.3f y %.17g P_N %.17g\n", t[row], q[row * HOPPER_N_Q + HOPPER_Q_Y],
+               P[row * HOPPER_N_R + HOPPER_P_GROUND_N]);
     }
     if (status > HOPPER_OK_SUBSTEPPED) {
         fprintf(stderr, "%s after %d steps\n", hopper_status_text(status), done);

@@ -41,19 +41,19 @@ int main(void) {
     if (run(&state, &par, 300) > HOPPER_OK_SUBSTEPPED) {
         return 1;
     }
-    printf("went on   y %.17g\n", state.q[1]);
+    printf("went on   y %.17g\n", state.q[HOPPER_Q_Y]);
 
     memcpy(&state, saved, sizeof state);
     memset(&work, 0xff, sizeof work); /* scratch: its contents do not matter */
     if (run(&state, &par, 300) > HOPPER_OK_SUBSTEPPED) {
         return 1;
     }
-    printf("restored  y %.17g\n", state.q[1]);
+    printf("restored  y %.17g\n", state.q[HOPPER_Q_Y]);
 
     soft.k = 0.5 * par.k;
     if (run(&fork, &soft, 300) > HOPPER_OK_SUBSTEPPED) {
         return 1;
     }
-    printf("forked    y %.17g with half the stiffness\n", fork.q[1]);
+    printf("forked    y %.17g with half the stiffness\n", fork.q[HOPPER_Q_Y]);
     return 0;
 }

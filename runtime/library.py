@@ -199,7 +199,15 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     needed = (
         *("model", "prefix", "scheme", "stages", "precision", "sizes", "coordinates"),
         *("velocities", "inputs", "parameters", "contacts", "outputs", "statuses", "structs"),
-        *("functions", "problems", "runtime_hash", "model_hash", "contact_states", "event_kinds"),
+        *(
+            "functions",
+            "zeros",
+            "problems",
+            "runtime_hash",
+            "model_hash",
+            "contact_states",
+            "event_kinds",
+        ),
     )
     missing = [key for key in needed if not isinstance(manifest, dict) or key not in manifest]
     if missing:

@@ -158,7 +158,7 @@ class Stepper:
     @property
     def functions(self) -> list[str]:
         """Names of the model functions that `evaluate` knows."""
-        return sorted(self.manifest["functions"])
+        return sorted((*self.manifest["functions"], *self.manifest["zeros"]))
 
     def evaluate(
         self,
@@ -200,6 +200,10 @@ class Stepper:
             "g": "n_g", "g_dot": "n_g", "gamma": "n_gamma", "g_N": "n_N", "g_N_dot": "n_N",
             "gamma_F": "n_F", "outputs": "n_outputs",
         }  # fmt: skip
+        zeros = self.manifest["zeros"]
+        if isinstance(name, str) and name in zeros:
+            shape = tuple(zeros[name])
+            return np.zeros((rows, *shape) if many else shape)
         if not isinstance(name, str) or name not in self.manifest["functions"]:
             if isinstance(name, str) and name in empty and n[empty[name]] == 0:
                 return np.zeros((rows, 0) if many else (0,))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Container, Iterable
 from pathlib import Path
 
 import casadi as ca
+import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
@@ -310,3 +311,32 @@ def test_chain_of_ten_links_reads_and_compiles(tmp_path: Path) -> None:
     assert longest <= 140
     manifest = json.loads((folder / "manifest.json").read_text())
     assert manifest["sizes"]["n_q"] == 10
+
+
+def test_places_have_names() -> None:
+    """In capitals; names that differ by capitals alone keep them."""
+    m = sg.Model("two")
+    x, X, phi = m.coordinates("x X phi")
+    vx, vX, w = m.velocities
+    m.lagrangian = (vx**2 + vX**2 + w**2) / 2
+    m.constraint("rod", [x - phi, X + phi])
+    m.constraint("pin", x + 2 * X)
+    m.contact("wall", g_N=x, gamma_F=[vX])
+    m.friction("rail", gamma_F=[vx], bound=1)
+    m.initial_state(q=[0, 0, 0], v=[0, 0, 0])
+    groups = dict(emit_spec(freeze(m)).indices)
+    assert groups["coordinates in q"] == (("Q_x", 0), ("Q_X", 1), ("Q_PHI", 2))
+    assert groups["contacts"] == (("CONTACT_WALL", 0), ("CONTACT_RAIL", 1))
+    assert groups["first rows of constraints in g, and in P"] == (("G_ROD", 0), ("G_PIN", 2))
+    # P holds g, gamma, N, F in turn
+    assert groups["their first rows in P"] == (("P_WALL_N", 3), ("P_WALL_F", 4), ("P_RAIL_F", 5))
+
+
+def test_functions_that_are_zero_are_left_out(tmp_path: Path) -> None:
+    stepper = sg.build(slope.model())
+    folder = sg.generate(slope.model(), tmp_path / "c")
+    header = (folder / "slope.h").read_text()
+    assert "void slope_f(" not in header
+    assert re.search(r"Zero for this model, and left out: .*\bf, ", header)
+    np.testing.assert_array_equal(stepper.evaluate("f", 0.0, [0.1] * 3), [0, 0, 0])
+    assert stepper.evaluate("L_q_v", 0.0, np.zeros((4, 3))).shape == (4, 3, 3)

@@ -162,9 +162,14 @@ class FunctionWriter:
             tuple(self._label(name, i, j, columns) for _, _, (i, j) in entries),
             () if full else (("out", rows * columns),),
         )
-        is_vector = name in QUANTITIES and not name.startswith("W_")
-        shape = (rows,) if is_vector else (rows, columns)
+        shape = self.shape_of(name)
         return self._write(name, arguments, (block,), _OUT, shape, doc=(doc_of(name),))
+
+    def shape_of(self, name: str) -> tuple[int, ...]:
+        """Shape of a model function: a vector's has one number."""
+        rows, columns = self.d[name].shape
+        is_vector = name in QUANTITIES and not name.startswith("W_")
+        return (rows,) if is_vector else (rows, columns)
 
     def point_function(self, point: Point) -> CFunction:
         """A static function that evaluates all fields of a point."""

@@ -118,6 +118,23 @@ class ProblemSpec:
     derivatives: tuple[Step, ...]
 
 
+def _rows(group: str, blocks: tuple[tuple[str, int], ...]) -> list[tuple[str, int]]:
+    """First row of every block."""
+    rows, at = [], 0
+    for name, count in blocks:
+        rows.append((f"{group}_{name}", at))
+        at += count
+    return rows
+
+
+def _spelled(names: list[tuple[str, int]]) -> tuple[tuple[str, int], ...]:
+    """In capitals, but for names that differ by capitals alone."""
+    capitals = [name.upper() for name, _ in names]
+    return tuple(
+        (name if capitals.count(name.upper()) > 1 else name.upper(), k) for name, k in names
+    )
+
+
 @dataclass(frozen=True)
 class EmitSpec:
     """Everything the templates see."""
@@ -148,6 +165,7 @@ class EmitSpec:
     statuses: tuple[tuple[str, str], ...]
     structs: tuple[Struct, ...]
     functions: tuple[CFunction, ...]
+    zeros: tuple[tuple[str, tuple[int, ...]], ...]
     helpers: tuple[CFunction, ...]
     consistency: tuple[CFunction, ...]
     bilateral: CFunction
@@ -173,6 +191,29 @@ class EmitSpec:
     def slips(self) -> tuple[tuple[int, int], ...]:
         """Contact and component of every slip row."""
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
+    def indices(self) -> tuple[tuple[str, tuple[tuple[str, int], ...]], ...]:
+        """Names of places in the vectors of the interface, in groups: what of, names, indices."""
+        n = self.sizes
+        normal = n.n_g + n.n_gamma
+        percussions = []
+        for c in self.contacts:
+            if c.normal >= 0:
+                percussions.append((f"P_{c.name}_N", normal + c.normal))
+            if c.components:
+                percussions.append((f"P_{c.name}_F", normal + n.n_N + c.friction))
+        groups = (
+            ("coordinates in q", [(f"Q_{x}", k) for k, x in enumerate(self.coordinates)]),
+            ("velocities in v", [(f"V_{x}", k) for k, x in enumerate(self.velocities)]),
+            ("inputs in u", [(f"U_{x}", k) for k, x in enumerate(self.inputs)]),
+            ("contacts", [(f"CONTACT_{c.name}", k) for k, c in enumerate(self.contacts)]),
+            ("their first rows in P", percussions),
+            ("first rows of constraints in g, and in P", _rows("G", self.g_blocks)),
+            ("first rows of velocity constraints in gamma", _rows("GAMMA", self.gamma_blocks)),
+            ("outputs", [(f"OUTPUT_{x}", k) for k, x in enumerate(self.outputs)]),
+        )
+        return tuple((what, _spelled(names)) for what, names in groups if names)
 
     @property
     def own_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -374,6 +415,8 @@ def emit_spec(
 
 
 _WORK = CParameter("w", struct="work", const=False)
+# Public functions that the runtime calls, whatever they are.
+_CALLED = frozenset({"energy", "p_v", "f_q", "L_q_q", "WR_q"})
 
 
 class _Builder:
@@ -430,7 +473,7 @@ class _Builder:
         functions = tuple(
             self.writer.model_function(name, (*arguments, "par"))
             for name, arguments in PUBLIC
-            if self.d[name].numel()
+            if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
         runtime = runtime_source()
         number = self.precision.number
@@ -462,6 +505,7 @@ class _Builder:
             statuses=STATUSES,
             structs=self.structs,
             functions=functions,
+            zeros=self._zeros(),
             helpers=tuple(self.helpers),
             consistency=self.writer.consistency(),
             bilateral=self.writer.of_place(
@@ -487,6 +531,15 @@ class _Builder:
             example_h=number(data.dt),
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
+
+    def _zeros(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Public functions with entries that are all zero, and their shapes: no C for these."""
+        found = []
+        for name, _ in PUBLIC:
+            value = self.d[name]
+            if value.numel() and value.is_zero() and name not in _CALLED:
+                found.append((name, self.writer.shape_of(name)))
+        return tuple(found)
 
     def steps(self, parts: tuple[Evaluate | Assembly, ...]) -> tuple[Step, ...]:
         steps = []
@@ -658,6 +711,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "functions": {
             f.name: {"arguments": list(f.arguments), "shape": list(f.shape)} for f in spec.functions
         },
+        "zeros": {name: list(shape) for name, shape in spec.zeros},
         "problems": [
             {
                 "name": p.name,
