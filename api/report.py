@@ -11,7 +11,7 @@ from signorini.runtime.trajectory import Trajectory
 
 def show(console: Console, traj: Trajectory, most: int = 12) -> None:
     """Print the events and a short table of the run."""
-    stepper = traj._stepper
+    stepper = traj.stepper
     m = stepper.manifest
     if traj.events:
         table = Table(title="contact events", title_justify="left")
@@ -71,7 +71,7 @@ def plot(traj: Trajectory, path: Path) -> None:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    m = traj._stepper.manifest
+    m = traj.stepper.manifest
     t = traj.t
     contacts = list(traj.contacts.items())
     rows = 2 if contacts else 1

@@ -155,7 +155,7 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
         **{name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")},
         **_whole(batch),
         "steps": batch.steps,
-        "status": np.array([stepper._library.statuses.index(s) for s in batch.status]),
+        "status": np.array([stepper.library.statuses.index(s) for s in batch.status]),
     }
 
 

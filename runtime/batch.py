@@ -6,17 +6,17 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
+from signorini.runtime.library import Library
 from signorini.runtime.memory import check_memory
+from signorini.runtime.options import RunOptions
+from signorini.runtime.run import Run
 from signorini.runtime.trajectory import COUNTS, Event, Trajectory
-
-if TYPE_CHECKING:
-    from signorini.runtime.library import Library
-    from signorini.runtime.stepper import Stepper
 
 _FLOATS = ("t", "q", "v", "P", "residual", "smallest_gap", "energy_range")
 _NAMES = {"energy": "energy_range"}
@@ -61,7 +61,7 @@ class Batch:
         Memory of the result of one run; each thread needs `bytes_per_thread` besides.
     """
 
-    stepper: "Stepper"
+    stepper: Compiled
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray
@@ -113,22 +113,16 @@ class Batch:
     def _events(self, k: int, parameters: dict[str, float]) -> list[Event]:
         """Events of run k, found by running it again: it is the same to the last bit."""
         steps = int(self.steps[k])
-        again = self.stepper.simulate(
-            t_end=float(self.t[k, 0]) + steps * self.h,
-            dt=self.h,
-            t0=float(self.t[k, 0]),
-            q0=self.q[k, 0],
-            v0=self.v[k, 0],
-            parameters=parameters,
-            inputs=self.u[k if len(self.u) > 1 else 0][:steps] if self.u.shape[2] else None,
-            every=max(steps, 1),
-            **self.options,
-        )
+        u = self.u[k if len(self.u) > 1 else 0][:steps]
+        options = RunOptions.of(self.options)
+        start = float(self.t[k, 0]), self.q[k, 0].copy(), self.v[k, 0].copy()
+        run = Run(self.stepper, parameters, options, *start, self.h, steps, max(steps, 1), False)
+        again = run.go(u, None, None)
         return again.events
 
 
 def run_batch(
-    stepper: "Stepper",
+    stepper: Compiled,
     *,
     h: float,
     n_steps: int,
@@ -138,12 +132,12 @@ def run_batch(
     v0: Any,
     parameters: Mapping[str, Any] | None,
     inputs: Any,
-    options: dict[str, Any],
+    options: RunOptions,
     threads: int | None,
     progress: Callable[[int, int], None] | None,
 ) -> Batch:
     """Run all; see `Stepper.simulate_batch`."""
-    lib, sizes = stepper._library, stepper.sizes
+    lib, sizes = stepper.library, stepper.sizes
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
     if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool) or threads < 1:
@@ -185,7 +179,7 @@ def run_batch(
     per_run = sum(a[0].nbytes for a in result.values())
     status, done = np.zeros(n, np.intc), np.zeros(n, np.intc)
     interrupted = False
-    options_c = stepper._options(**options)
+    options_c = stepper.c_options(options)
     used = lib.array(u)
     block = n if progress is None else _BLOCK * threads
     for first in range(0, n, block):
@@ -232,7 +226,7 @@ def run_batch(
         steps=done.astype(int),
         status=[lib.statuses[s] for s in status],
         parameters=named,
-        options={k: value for k, value in options.items() if value is not None},
+        options=options.given(),
         every=every,
         h=h,
         bytes_per_run=per_run,
@@ -247,7 +241,7 @@ def run_batch(
     return made
 
 
-def _drive(lib: "Library", batch: Any, threads: int, stop: Any) -> tuple[int, bool]:
+def _drive(lib: Library, batch: Any, threads: int, stop: Any) -> tuple[int, bool]:
     """Run the batch in C, in a thread of its own so that an interruption is heard.
 
     Returns
@@ -301,7 +295,7 @@ class _Count:
 
 
 def _states(
-    stepper: "Stepper", what: str, given: Any, kind: str, count: _Count
+    stepper: Compiled, what: str, given: Any, kind: str, count: _Count
 ) -> np.ndarray | dict[int, np.ndarray] | None:
     """Given coordinates or velocities: all of them, or some by their column."""
     names, coordinates = stepper.manifest[kind], stepper.manifest["coordinates"]
@@ -327,22 +321,22 @@ def _states(
     return array
 
 
-def _parameter_table(stepper: "Stepper", par: dict[str, np.ndarray], n: int) -> np.ndarray:
+def _parameter_table(stepper: Compiled, par: dict[str, np.ndarray], n: int) -> np.ndarray:
     """All parameters, run by run, as the C struct holds them."""
     low, high = ({k: float(op(a)) for k, a in par.items()} for op in (np.min, np.max))
     stepper.check_parameters(low)
     full = stepper.check_parameters(high)
-    table = np.zeros((n, max(len(full), 1)), stepper._library.dtype)
+    table = np.zeros((n, max(len(full), 1)), stepper.library.dtype)
     for k, (name, value) in enumerate(full.items()):
         table[:, k] = par.get(name, value)
     return table
 
 
 def _starts(
-    stepper: "Stepper", table: np.ndarray, n: int, times: np.ndarray | None, given: dict[str, Any]
+    stepper: Compiled, table: np.ndarray, n: int, times: np.ndarray | None, given: dict[str, Any]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Initial times and states; what is not given comes from the model and its parameters."""
-    lib, n_q = stepper._library, stepper.sizes["n_q"]
+    lib, n_q = stepper.library, stepper.sizes["n_q"]
     t, q, v = (lib.array(np.zeros((n, *shape))) for shape in ((), (n_q,), (n_q,)))
     params = ctypes.POINTER(lib.structs["params"])
     for k in range(n):
@@ -359,7 +353,7 @@ def _starts(
     return t, q, v
 
 
-def _inputs(stepper: "Stepper", inputs: Any, n_steps: int) -> tuple[np.ndarray, bool]:
+def _inputs(stepper: Compiled, inputs: Any, n_steps: int) -> tuple[np.ndarray, bool]:
     """Inputs of shape (1 or n, n_steps, n_u), and whether all runs share them."""
     n_u = stepper.sizes["n_u"]
     if callable(inputs):
@@ -374,11 +368,11 @@ def _inputs(stepper: "Stepper", inputs: Any, n_steps: int) -> tuple[np.ndarray, 
             if not np.all(np.isfinite(array)):
                 raise RunError("inputs are not finite in every run")
             return array, False
-    u, _ = stepper._inputs(inputs, n_steps)
+    u, _ = stepper.inputs_of(inputs, n_steps)
     return np.ascontiguousarray(u)[None], True
 
 
-def _struct(lib: "Library") -> Any:
+def _struct(lib: Library) -> Any:
     """The struct that the C driver takes."""
     if lib.batch_struct is None:
         integers = ("n_runs", "n_steps", "every", "n_u_rows", "n_q", "n_R", "n_u", "n_contacts")

@@ -1,19 +1,17 @@
 """Consistent initial states: what is violated, and the nearest state that is not."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
-
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
 
 # Relative to the row's terms, and for terms that only parameters make up, as in the C code.
 _TOLERANCES = {"double": (2.0**-26, 2.0**-46), "float": (2.0**-11, 2.0**-17)}
 _MAX_ITERATIONS = 50
 
 
-def _row_names(stepper: "Stepper", blocks: str) -> list[str]:
+def _row_names(stepper: Compiled, blocks: str) -> list[str]:
     names = []
     for name, count in stepper.manifest[blocks]:
         names += [name] if count == 1 else [f"{name}[{k}]" for k in range(count)]
@@ -21,7 +19,7 @@ def _row_names(stepper: "Stepper", blocks: str) -> list[str]:
 
 
 def violations(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> list[tuple[float, str]]:
     """Violated rows as (violation relative to tolerance, text), the worst first."""
 
@@ -61,9 +59,7 @@ def violations(
     return sorted(found, reverse=True)
 
 
-def report(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
-) -> str:
+def report(stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]) -> str:
     """Message that names the violated constraints."""
     found = violations(stepper, t, q, v, par)
     text = "; ".join(what for _, what in found[:4]) or "a constraint is violated"
@@ -75,7 +71,7 @@ def report(
 
 
 def project(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nearest consistent state in the norm of the mass matrix.
 
@@ -132,7 +128,7 @@ def project(
 
 
 def contradiction(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> str:
     """Constraints that no state near q, v can satisfy at time t, as text; empty if there are none.
 

@@ -1,12 +1,10 @@
 """What is wrong with a model at a state, by the names of the user's own quantities."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
-
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
 
 # Functions that no step evaluates.
 _UNUSED = ("outputs",)
@@ -40,7 +38,7 @@ _NORM = (
 )
 
 
-def row_names(stepper: "Stepper", kind: str | None) -> list[str]:
+def row_names(stepper: Compiled, kind: str | None) -> list[str]:
     """The user's names of the rows of a quantity."""
     m = stepper.manifest
     if kind is None:
@@ -60,7 +58,7 @@ def row_names(stepper: "Stepper", kind: str | None) -> list[str]:
 
 
 def first_nonfinite(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, u: Any, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, u: Any, par: dict[str, float]
 ) -> str:
     """The first model function or derivative that is no number at a state, in words, or nothing."""
     n = stepper.sizes
@@ -73,7 +71,7 @@ def first_nonfinite(
     return ""
 
 
-def _describe(stepper: "Stepper", name: str, value: np.ndarray) -> str:
+def _describe(stepper: Compiled, name: str, value: np.ndarray) -> str:
     place = tuple(int(k) for k in np.argwhere(~np.isfinite(value))[0])
     number = value[place]
     if name in _DIRECTIONS:
@@ -95,7 +93,7 @@ def _describe(stepper: "Stepper", name: str, value: np.ndarray) -> str:
     return f"{text} is {number}. {_NORM}"
 
 
-def check_coefficients(stepper: "Stepper", par: dict[str, float]) -> None:
+def check_coefficients(stepper: Compiled, par: dict[str, float]) -> None:
     """Raise if a friction or restitution coefficient is out of its range.
 
     Raises
@@ -120,7 +118,7 @@ def check_coefficients(stepper: "Stepper", par: dict[str, float]) -> None:
 
 
 def check_mass(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> None:
     """Raise if the mass matrix is not positive definite at a state.
 
@@ -148,7 +146,7 @@ def check_mass(
 
 
 def indefinite(
-    stepper: "Stepper", t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> list[str]:
     """Velocities along which the kinetic energy falls; none if the mass matrix is positive."""
     M = np.asarray(stepper.evaluate("p_v", t, q, v, parameters=par))
@@ -166,7 +164,7 @@ def negative_directions(M: np.ndarray, names: list[str]) -> list[str]:
     return [name for name, part in zip(names, np.abs(vectors[:, 0]), strict=True) if part > 0.3]
 
 
-def _given(stepper: "Stepper", par: dict[str, float]) -> str:
+def _given(stepper: Compiled, par: dict[str, float]) -> str:
     changed = [
         f"{name} = {value:g}" for name, value in par.items() if stepper.parameters[name] != value
     ]

@@ -1,10 +1,6 @@
 """Errors of compiled steppers and runs."""
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from signorini.runtime.replay import FailedStep
-    from signorini.runtime.trajectory import Trajectory
+from typing import Any
 
 
 class RunError(ValueError):
@@ -28,9 +24,7 @@ class StepError(RuntimeError):
         The step itself: ``error.step.save("step.json")`` writes a file that replays it alone.
     """
 
-    def __init__(
-        self, message: str, status: str, trajectory: "Trajectory", step: "FailedStep"
-    ) -> None:
+    def __init__(self, message: str, status: str, trajectory: Any, step: Any) -> None:
         super().__init__(message)
         self.status = status
         self.trajectory = trajectory

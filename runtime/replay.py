@@ -4,15 +4,13 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from signorini.runtime.arguments import as_path
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from signorini.runtime.stepper import Stepper
+from signorini.runtime.options import RunOptions
 
 _FORMAT = 3
 
@@ -49,7 +47,7 @@ class FailedStep:
     status: str
     about: dict[str, Any]
 
-    def save(self, path: str | os.PathLike[str]) -> "Path":
+    def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a JSON file; numbers survive to the last bit."""
         target = as_path("the file", path)
         text = json.dumps({"format": _FORMAT, **asdict(self)}, indent=1)
@@ -133,7 +131,7 @@ def fields_of(struct: Any) -> dict[str, Any]:
     return values
 
 
-def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
+def replay(stepper: Compiled, step: FailedStep) -> dict[str, Any]:
     """Take the step again; returns ``status``, ``q``, ``v``, ``t`` and the fields of ``p_info``.
 
     Raises
@@ -148,7 +146,7 @@ def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
                 f"the step is of {key} {getattr(step, key)!r}, the stepper of {m[key]!r}: build "
                 "the stepper that it failed with"
             )
-    lib = stepper._library
+    lib = stepper.library
     state, work, info = (lib.structs[name]() for name in ("state", "work", "info"))
     try:
         for name, kind in state._fields_:
@@ -158,11 +156,11 @@ def replay(stepper: "Stepper", step: FailedStep) -> dict[str, Any]:
             setattr(state, name, kind(*value) if isinstance(value, list) else value)
         if hasattr(state, "has_terms"):
             state.has_terms = 0  # found anew: how they are chosen is the generator's affair
-        u = lib.array(stepper._rows("u", step.u, 1, stepper.sizes["n_u"])[0])
-        options = stepper._options(**step.options)
+        u = lib.array(stepper.rows("u", step.u, 1, stepper.sizes["n_u"])[0])
+        options = stepper.c_options(RunOptions.of({"max_halvings": 0, **step.options}))
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise RunError(f"the file of the failed step is damaged ({error!r})") from None
-    par = stepper._params(stepper.check_parameters(step.parameters))
+    par = stepper.c_params(stepper.check_parameters(step.parameters))
     status = lib.call["step"](state, work, info, par, options, lib.pointer(u), step.h)
     return {
         **fields_of(info), "status": lib.statuses[status],

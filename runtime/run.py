@@ -3,28 +3,25 @@
 import ctypes
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
+from signorini.runtime.compiled import SUCCESS, Compiled, Inputs
 from signorini.runtime.consistency import contradiction, report
 from signorini.runtime.diagnosis import check_coefficients, check_mass, first_nonfinite
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.memory import check_memory
+from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.stability import Watch
 from signorini.runtime.trajectory import COUNTS, Event, Trajectory
 
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
-
-SUCCESS = 2  # largest status of a solved step
 _CHUNK = 4096  # steps between two calls of a progress function
 _EVENTS = 200_000  # most events that one call has room for
-Inputs = Callable[[float, np.ndarray, np.ndarray], Any]
 
 
-def event_of(stepper: "Stepper", event: Any) -> Event:
+def event_of(stepper: Compiled, event: Any) -> Event:
     """An event of C by the user's names."""
     m = stepper.manifest
     contact = m["contacts"][event.contact]
@@ -43,9 +40,9 @@ class Run:
 
     def __init__(
         self,
-        stepper: "Stepper",
+        stepper: Compiled,
         par: dict[str, float],
-        options: dict[str, Any],
+        options: RunOptions,
         t: float,
         q: np.ndarray,
         v: np.ndarray,
@@ -54,12 +51,12 @@ class Run:
         every: int,
         stages: bool,
     ) -> None:
-        lib = stepper._library
+        lib = stepper.library
         self.stepper, self.lib = stepper, lib
         self.par, self.option_values = par, options
         self.h, self.n_steps, self.every = h, n_steps, every
-        self.params = stepper._params(par)
-        self.options = stepper._options(**options)
+        self.params = stepper.c_params(par)
+        self.options = stepper.c_options(options)
         self.state = lib.structs["state"]()
         self.work = lib.structs["work"]()
         self.info = lib.structs["info"]()
@@ -208,7 +205,7 @@ class Run:
             state=fields_of(self.state),
             u=[float(x) for x in u],
             parameters=dict(self.par),
-            options={k: v for k, v in self.option_values.items() if v is not None},
+            options=self.option_values.given(),
             h=self.h,
             status=status,
             about={},
@@ -284,7 +281,7 @@ class Run:
             self.stepper,
             arrays,
             parameters=self.par,
-            options={k: v for k, v in self.option_values.items() if v is not None},
+            options=self.option_values.given(),
             seconds=time.perf_counter() - begin,
             steps=done,
             events=self.events,

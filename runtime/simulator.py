@@ -2,18 +2,16 @@
 
 import ctypes
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import number, reals
+from signorini.runtime.compiled import SUCCESS, Compiled
 from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
-from signorini.runtime.run import SUCCESS, Run, event_of
+from signorini.runtime.run import Run, event_of
 from signorini.runtime.trajectory import Event, Trajectory
-
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
-
 
 _KEPT = ("stepper", "parameters", "dt", "steps", "_option_values", "_records", "_start")
 
@@ -26,7 +24,7 @@ class Simulator:
 
     Attributes
     ----------
-    stepper : Stepper
+    stepper : Compiled
         What takes the steps.
     parameters : dict
         All parameter values.
@@ -38,9 +36,9 @@ class Simulator:
 
     def __init__(
         self,
-        stepper: "Stepper",
+        stepper: Compiled,
         parameters: dict[str, float],
-        options: dict[str, Any],
+        options: RunOptions,
         start: tuple[float, np.ndarray, np.ndarray],
         dt: float,
         record: bool,
@@ -52,12 +50,12 @@ class Simulator:
 
     def _attach(self) -> None:
         """Structs, and the addresses that every step passes on."""
-        stepper, lib = self.stepper, self.stepper._library
+        stepper, lib = self.stepper, self.stepper.library
         n = stepper.sizes
         self._state, self._info = lib.structs["state"](), lib.structs["info"]()
         self._work = lib.structs["work"]()
-        self._params = stepper._params(self.parameters)
-        self._options = stepper._options(**self._option_values)
+        self._params = stepper.c_params(self.parameters)
+        self._options = stepper.c_options(self._option_values)
         self._u = lib.array(np.zeros(n["n_u"]))
         self._views = {
             name: np.ctypeslib.as_array(getattr(struct, name))[:count]
@@ -146,7 +144,7 @@ class Simulator:
         self._P = total
 
     def _recorded(self) -> int:
-        lib, sizes = self.stepper._library, self.stepper.sizes
+        lib, sizes = self.stepper.library, self.stepper.sizes
         record = lib.structs["record"]()
         row = {
             "t": np.zeros(1, lib.dtype),
@@ -179,7 +177,7 @@ class Simulator:
         return status
 
     def _fail(self, status: int) -> None:
-        lib = self.stepper._library
+        lib = self.stepper.library
         m = self.stepper.manifest
         name = lib.statuses[status]
         raise StepError(
@@ -192,7 +190,7 @@ class Simulator:
                 state=fields_of(self._state),
                 u=[float(x) for x in self._u],
                 parameters=dict(self.parameters),
-                options={k: v for k, v in self._option_values.items() if v is not None},
+                options=self._option_values.given(),
                 h=self.dt,
                 status=name,
                 about={},
@@ -349,8 +347,8 @@ class Simulator:
         if self._rows:  # inputs of a row are those held from it on
             arrays["u"] = np.concatenate([arrays["u"][1:], arrays["u"][-1:]])
         gaps = arrays["smallest_gap"]
-        gaps[gaps >= self.stepper._library.largest] = np.inf
-        options = {k: v for k, v in self._option_values.items() if v is not None}
+        gaps[gaps >= self.stepper.library.largest] = np.inf
+        options = self._option_values.given()
         return Trajectory(
             self.stepper,
             arrays,
@@ -367,7 +365,7 @@ class Simulator:
 
 
 def start(
-    stepper: "Stepper",
+    stepper: Compiled,
     *,
     dt: float,
     q0: Any,
@@ -375,7 +373,7 @@ def start(
     t0: float | None,
     parameters: Mapping[str, float] | None,
     record: bool,
-    options: dict[str, Any],
+    options: RunOptions,
 ) -> Simulator:
     """Make a simulator; see `Stepper.start`."""
     par = stepper.check_parameters(parameters)

@@ -2,19 +2,17 @@
 
 import warnings
 from math import floor, isfinite, log10
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
+from signorini.runtime.compiled import Compiled
 
 _MARGIN = 0.95  # of the limit, in the step size that is named
 _GROWN = 2.0  # growth of the energy, by its own size, at which the step size is looked at again
 
 
 def stable_step(
-    stepper: "Stepper",
+    stepper: Compiled,
     t: float,
     q: np.ndarray,
     v: np.ndarray,
@@ -36,14 +34,14 @@ def stable_step(
     float
         h [s] with h omega_max at the end of the scheme's first interval of stability.
     """
-    lib = stepper._library
+    lib = stepper.library
     n = stepper.sizes
     arrays = [lib.array(np.asarray(x, dtype=float).ravel()) for x in (q, v)]
     inputs = lib.array(np.zeros(max(n["n_u"], 1)) if u is None or not n["n_u"] else np.ravel(u))
     forces = None if force is None or not n["n_R"] else lib.array(force)
     scratch = lib.array(np.zeros(stepper.manifest["stable_scratch"]))
     h = lib.call["stable_step"](
-        stepper._params(par),
+        stepper.c_params(par),
         t,
         *(lib.pointer(a) for a in arrays),
         lib.pointer(inputs),
@@ -63,7 +61,7 @@ class Watch:
     """Looks at the step size at the start of a run, and again when its energy grows."""
 
     def __init__(
-        self, stepper: "Stepper", par: dict[str, float], h: float, *, explicit: bool
+        self, stepper: Compiled, par: dict[str, float], h: float, *, explicit: bool
     ) -> None:
         self.stepper, self.par, self.h = stepper, par, h
         # with inputs or explicit time the energy may grow by right

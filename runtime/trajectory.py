@@ -8,15 +8,13 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from signorini.runtime.arguments import as_path
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.files import check_ending, write_whole
-
-if TYPE_CHECKING:
-    from signorini.runtime.stepper import Stepper
 
 _FORMAT = 2
 _STORED = (
@@ -93,14 +91,16 @@ class Trajectory:
         Changes of contact states in every step of the run, recorded or not.
     contacts : dict
         Contact name -> {"P_N": column or None, "P_F": columns}.
-    t_stage, Q, V, R_g, R_gamma, R_N, R_F : ndarray, shape (n, s, ...)
+    t_stage, Q, V, R, R_g, R_gamma, R_N, R_F : ndarray, shape (n, s, ...)
         Only with ``record="stages"``: the stages of each recorded step.
+    stepper : Compiled
+        What the run was made with.
     parameters : dict
         Parameter values of the run.
     """
 
-    def __init__(self, stepper: "Stepper", arrays: dict[str, np.ndarray], **about: Any) -> None:
-        self._stepper = stepper
+    def __init__(self, stepper: Compiled, arrays: dict[str, np.ndarray], **about: Any) -> None:
+        self.stepper = stepper
         self._arrays = arrays
         self.parameters: dict[str, float] = about["parameters"]
         self.options: dict[str, Any] = about["options"]
@@ -133,11 +133,11 @@ class Trajectory:
         if kind in ("P", "R") and row in self._columns:
             source = arrays["P"] if kind == "P" else self._stages("R")
             return source[..., self._columns[row]]
-        if name in ("t_stage", "Q", "V"):
+        if name in ("t_stage", "Q", "V", "R"):
             return self._stages(name)
         if name in _DERIVED:
             if name not in self._cache:
-                self._cache[name] = self._stepper.evaluate(
+                self._cache[name] = self.stepper.evaluate(
                     name, self.t, self.q, self.v, self.u, self.parameters
                 )
             return self._cache[name]
@@ -189,7 +189,7 @@ class Trajectory:
                 "P_N": c["normal"] if c["normal"] >= 0 else None,
                 "P_F": list(range(c["friction"], c["friction"] + c["components"])),
             }
-            for c in self._stepper.manifest["contacts"]
+            for c in self.stepper.manifest["contacts"]
         }
 
     def __getitem__(self, key: str) -> np.ndarray:
@@ -206,7 +206,7 @@ class Trajectory:
         KeyError
             If there is no such column; the message lists those there are.
         """
-        m = self._stepper.manifest
+        m = self.stepper.manifest
         if not isinstance(key, str):
             raise KeyError(f"{key!r}: columns are named; rows are in .t, .q, .v, ...")
         for names, array in ((m["coordinates"], "q"), (m["velocities"], "v"), (m["inputs"], "u")):
@@ -249,14 +249,13 @@ class Trajectory:
 
     def _states(self, k: int) -> np.ndarray:
         names = [
-            _STATE_NAMES.get(name, name.lower())
-            for name in self._stepper.manifest["contact_states"]
+            _STATE_NAMES.get(name, name.lower()) for name in self.stepper.manifest["contact_states"]
         ]
         return np.array([*names, "unknown"])[self._arrays["contact"][:, k]]
 
     def keys(self) -> list[str]:
         """Names of all columns, as ``traj[name]`` takes them."""
-        m = self._stepper.manifest
+        m = self.stepper.manifest
         names = [*m["coordinates"], *m["velocities"], *m["inputs"], *m["outputs"]]
         for c in m["contacts"]:
             kinds = ["state"]
@@ -297,7 +296,7 @@ class Trajectory:
         return target
 
     def _write_npz(self, path: Path) -> None:
-        m = self._stepper.manifest
+        m = self.stepper.manifest
         units = {p["name"]: p["unit"] for p in m["parameters"] if p["unit"]}
         about = {
             "format": _FORMAT,
@@ -356,14 +355,14 @@ class Trajectory:
                 table.writerow(row)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], stepper: "Stepper") -> "Trajectory":
+    def load(cls, path: str | os.PathLike[str], stepper: Compiled) -> "Trajectory":
         """Read a file that `save` wrote.
 
         Parameters
         ----------
         path : path
             The ``.npz`` file.
-        stepper : Stepper
+        stepper : Compiled
             A stepper of the same model: it evaluates the derived quantities.
 
         Raises

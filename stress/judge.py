@@ -61,7 +61,7 @@ def judge(traj: Trajectory, dt: float, passive: bool) -> Findings:
 
 
 def _gain(traj: Trajectory, floor: float) -> float:
-    stepper = traj._stepper
+    stepper = traj.stepper
     L = stepper.evaluate("L", traj.t, traj.q, traj.v, parameters=traj.parameters)
     kinetic = (traj.energy + L) / 2
     return float(np.max(traj.energy - traj.energy[0]) / max(np.max(kinetic), floor, 1e-300))
@@ -71,7 +71,7 @@ class _Contacts:
     """Kinematics and percussions of all contacts at all stages, shape (n, s, contact)."""
 
     def __init__(self, traj: Trajectory, dt: float) -> None:
-        stepper, par = traj._stepper, traj.parameters
+        stepper, par = traj.stepper, traj.parameters
         m = stepper.manifest
         n, s = traj.Q.shape[:2]
         self.traj, self.n, self.s, self.h = traj, n, s, dt

@@ -15,11 +15,14 @@ import signorini as sg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from signorini.models import box, v_groove
+from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.runtime.run import Run
 from signorini.stress.campaign import case_of
 from trap_models import mixed_contacts
+
+WHOLE = RunOptions(max_halvings=0)  # no substeps
 
 ROOT = Path(__file__).resolve().parent.parent
 Build = Callable[..., sg.Stepper]
@@ -80,15 +83,17 @@ def test_any_numbers_in_a_step(
 def test_negative_friction_and_restitution_at_run_time(stepper: Build) -> None:
     """The C code refuses what the Python surface would not let through either."""
     compiled = stepper(box.model, 2)
-    lib = compiled._library
+    lib = compiled.library
     for name, value in (("mu", -0.1), ("e_N", 1.5), ("e_N", -1.0), ("e_F", 2.0), ("mu", np.nan)):
         with pytest.raises(sg.RunError, match=name):
             compiled.simulate(t_end=0.1, dt=1e-2, parameters={name: value})
-        state = compiled._state(0.0, np.array([0, 0.5, 0]), np.zeros(3))
+        state = compiled.c_state(0.0, np.array([0, 0.5, 0]), np.zeros(3))
         work, info = lib.structs["work"](), lib.structs["info"]()
-        params = compiled._params(compiled.parameters | {name: value})
+        params = compiled.c_params(compiled.parameters | {name: value})
         before = bytes(state)
-        status = lib.call["step"](state, work, info, params, compiled._options(), None, 1e-2)
+        status = lib.call["step"](
+            state, work, info, params, compiled.c_options(RunOptions(max_halvings=0)), None, 1e-2
+        )
         assert lib.statuses[status] == "BAD_ARGUMENT"
         assert bytes(state) == before
 
@@ -222,7 +227,7 @@ def test_compilers_and_contraction(
         number += 1
         par = first.check_parameters(case.parameters)
         q, v = first.project(case.q, case.v, parameters=par)
-        run = Run(first, par, {"max_halvings": 4}, 0.0, q, v, case.dt, 200, 1, False)
+        run = Run(first, par, RunOptions(), 0.0, q, v, case.dt, 200, 1, False)
         for done in range(0, 195, 8):
             if run._chunk(np.zeros((200, 0)), done, 8)[1] < 8 or compared + ties >= 500:
                 break
@@ -305,13 +310,13 @@ def test_fuzz_for_ten_minutes(make: Callable[[], sg.Model], stages: int, tmp_pat
 def test_a_foreign_state_is_refused(stepper: Build) -> None:
     """A step of another model does not reach the C code."""
     compiled, other = stepper(box.model, 2), stepper(v_groove.model, 2)
-    run = Run(compiled, compiled.parameters, {}, *compiled.initial_state(), 1e-2, 1, 1, False)
+    run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 1, 1, False)
     step = run._failed("OK", [])
     assert isinstance(step, FailedStep)
     with pytest.raises(sg.RunError, match="build the stepper"):
         take_again(other, step)
-    assert ctypes.sizeof(compiled._library.structs["state"]) != ctypes.sizeof(
-        other._library.structs["state"]
+    assert ctypes.sizeof(compiled.library.structs["state"]) != ctypes.sizeof(
+        other.library.structs["state"]
     )
 
 
@@ -356,7 +361,7 @@ def test_any_damage_to_a_run_file(data: st.DataObject, stepper: Build, run_file:
 @given(data=st.data())
 def test_any_damage_to_a_replay_file(data: st.DataObject, stepper: Build, run_file: Path) -> None:
     compiled = stepper(box.model, 2)
-    run = Run(compiled, compiled.parameters, {}, *compiled.initial_state(), 1e-2, 1, 1, False)
+    run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 1, 1, False)
     path = run._failed("OK", []).save(run_file.with_name("step.json"))
     text = path.read_text()
     at = data.draw(st.integers(0, len(text) - 1))

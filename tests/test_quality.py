@@ -155,3 +155,45 @@ def test_no_machine_paths_in_tracked_files() -> None:
         if path.suffix in (".py", ".c", ".h", ".md", ".toml", ".jinja", ".json") and path.is_file():
             hits = [x for x in path.read_text().splitlines() if pattern.search(x)]
             assert not hits or name == "tests/test_quality.py", (name, hits[:2])
+
+
+def test_modules_of_the_runtime_form_no_circle() -> None:
+    """Not even behind TYPE_CHECKING."""
+    needs: dict[str, set[str]] = {}
+    for path in (ROOT / "runtime").glob("*.py"):
+        tree = ast.parse(path.read_text())
+        modules = [n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)]
+        prefix = "signorini.runtime."
+        needs[path.stem] = {m.removeprefix(prefix) for m in modules if m.startswith(prefix)}
+    while needs:
+        free = {name for name, others in needs.items() if not others & needs.keys()}
+        assert free, f"a circle among {sorted(needs)}"
+        needs = {name: others for name, others in needs.items() if name not in free}
+
+
+def private_names(tree: ast.AST) -> set[str]:
+    """Functions, classes and attributes with an underscore that a file makes."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            found.add(node.attr)
+    return {name for name in found if name.startswith("_") and not name.startswith("__")}
+
+
+def test_rooms_keep_their_private_parts() -> None:
+    """A private name is read in the file that makes it, or through `self`."""
+    rooms = ("api", "benchmarks", "bodies", "codegen", "runtime", "stress", "studies", "verify")
+    paths = [path for room in rooms for path in (ROOT / room).rglob("*.py")]
+    trees = {path: ast.parse(path.read_text()) for path in paths}
+    ours = set().union(*map(private_names, trees.values())) - {"_t", "_L"}  # SymPy has these
+    found = []
+    for path, tree in trees.items():
+        foreign = ours - private_names(tree)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute) and node.attr in foreign:
+                through = node.value.id if isinstance(node.value, ast.Name) else ""
+                if through not in ("self", "cls"):
+                    found.append(f"{path.relative_to(ROOT)}:{node.lineno} {node.attr}")
+    assert not found

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini.models import bouncing_ball, box, box_in_space, chaplygin_sleigh, slider_crank
+from signorini.runtime.options import RunOptions
 from signorini.runtime.run import Run
 from signorini.stress.campaign import case_of, stepper_of
 from signorini.stress.corpus import SEED
@@ -71,12 +72,12 @@ def test_scratch_memory_carries_nothing(model: Callable[[], sg.Model], stepper: 
     """NaN in every byte of p_work before each step changes no bit."""
     compiled = stepper(model, 3)
     dt = 1e-4 if model is slider_crank.model else 1e-2
-    lib = compiled._library
+    lib = compiled.library
     u = lib.array(np.full(max(1, compiled.sizes["n_u"]), 0.3))
     states = []
     for fill in (False, True):
         start = compiled.initial_state()
-        run = Run(compiled, compiled.parameters, {"max_halvings": 4}, *start, dt, 120, 1, False)
+        run = Run(compiled, compiled.parameters, RunOptions(), *start, dt, 120, 1, False)
         trace = []
         for _ in range(120):
             if fill:

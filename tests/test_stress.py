@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini.models import box, painleve_rod, v_groove
+from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.runtime.run import Run
@@ -21,6 +22,8 @@ from signorini.stress.campaign import case_of, run_case, run_scene, stepper_of
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
+
+WHOLE = RunOptions(max_halvings=0)  # no substeps
 
 Build = Callable[..., sg.Stepper]
 LOCKED = {"alpha": np.pi / 4, "mu": 1.7, "e_N": 0.5}  # a locked wedge cannot rebound
@@ -216,7 +219,7 @@ def spoil(traj: Trajectory, array: str, change: Callable[[np.ndarray], None]) ->
     arrays = {name: values.copy() for name, values in traj._arrays.items()}
     change(arrays[array])
     return Trajectory(
-        traj._stepper, arrays, parameters=traj.parameters, options=traj.options, seconds=0.0
+        traj.stepper, arrays, parameters=traj.parameters, options=traj.options, seconds=0.0
     )
 
 
@@ -283,7 +286,7 @@ def pretended(
 ) -> FailedStep:
     """A step as if it had failed."""
     par = stepper.check_parameters(about)
-    run = Run(stepper, par, {}, t, np.asarray(q, float), np.asarray(v, float), 1e-2, 1, 1, False)
+    run = Run(stepper, par, WHOLE, t, np.asarray(q, float), np.asarray(v, float), 1e-2, 1, 1, False)
     return run._failed("NOT_CONVERGED", [])
 
 
@@ -369,7 +372,7 @@ def test_no_solution_is_proven_and_reported(stepper: Build, tmp_path: Path) -> N
 
 def test_replay_repeats_a_step_to_the_last_bit(stepper: Build, tmp_path: Path) -> None:
     compiled = stepper(box.model, 3)
-    run = Run(compiled, compiled.parameters, {}, *compiled.initial_state(), 1e-2, 60, 1, False)
+    run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 60, 1, False)
     run._chunk(np.zeros((60, 0)), 0, 40)
     path = run._failed("NOT_CONVERGED", []).save(tmp_path / "step.json")
     run._chunk(np.zeros((60, 0)), 40, 1)

@@ -195,8 +195,8 @@ class Checker:
     def _any_state(self, stepper: Stepper, rng: np.random.Generator) -> tuple[Any, ...]:
         n = stepper.sizes
         t, q, v = stepper.initial_state()
-        parameters = Drawer(stepper, int(rng.integers(2**31)))._parameters()
-        rounded: Any = stepper._library.dtype
+        parameters = Drawer(stepper, int(rng.integers(2**31))).parameters()
+        rounded: Any = stepper.library.dtype
         drawn = (
             t + rng.uniform(0.1, 1.0),
             q + 0.2 * rng.normal(size=n["n_q"]),
@@ -216,7 +216,7 @@ class Checker:
         plain = reference_of(self.model, stepper)
         rng = np.random.default_rng(self.seed + stepper.stages)
         n, s = stepper.sizes, stepper.stages
-        rounded: Any = stepper._library.dtype
+        rounded: Any = stepper.library.dtype
         tolerance = self._tolerance(stepper, 1)
         names = ("r", "y", "A", "B", "C")
         errors: dict[tuple[str, str], list[float]] = {}
@@ -440,7 +440,7 @@ class Checker:
     @staticmethod
     def _rounded(stepper: Stepper, state: State) -> State:
         """The state as the stepper's numbers hold it."""
-        kind: Any = stepper._library.dtype
+        kind: Any = stepper.library.dtype
         if kind is np.float64:
             return state
         q, v, u = (np.asarray(x).astype(kind).astype(float) for x in (state.q, state.v, state.u))
@@ -478,7 +478,7 @@ class Checker:
         errors: dict[str, list[float]],
     ) -> Step:
         """Add the errors of one step, every row in units of its own terms."""
-        step = Step(traj.V[row], traj.v[row + 1], traj._arrays["R"][row], traj.q[row + 1])
+        step = Step(traj.V[row], traj.v[row + 1], traj.R[row], traj.q[row + 1])
         t, q, v, u, par, h = self._arguments(state)
         r = reference.prox_parameters((t, q, v, u, par), h)
         residual = reference.residual(step, t, q, v, u, par, h, r)
@@ -500,7 +500,7 @@ class Checker:
         """A short run from the model's initial state."""
         reference = reference_of(self.model, stepper)
         rng = np.random.default_rng(self.seed)
-        rounded: Any = stepper._library.dtype
+        rounded: Any = stepper.library.dtype
         start = stepper.initial_state()
         u = rng.normal(size=(_TRAJECTORY, stepper.sizes["n_u"])).astype(rounded).astype(float)
         dt = 5e-3 / max(1.0, float(np.max(np.abs(start[2]), initial=0)) / 10)

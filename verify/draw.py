@@ -45,7 +45,7 @@ class Drawer:
     def draw(self) -> State | None:
         """One state, or None if this try found no consistent one."""
         rng, stepper = self.rng, self.stepper
-        parameters = self._parameters()
+        parameters = self.parameters()
         t0, q0, v0 = stepper.initial_state(parameters)
         t = t0 + rng.choice([0.0, rng.uniform(0, 2)])
         spread = rng.choice([0.02, 0.3, 1.0])
@@ -67,7 +67,7 @@ class Drawer:
             return None
         return State(t, q, v, u, parameters, dt)
 
-    def _parameters(self) -> dict[str, float]:
+    def parameters(self) -> dict[str, float]:
         values = {}
         for p in self.stepper.manifest["parameters"]:
             value = p["default"] * self.rng.uniform(0.9, 1.1)
