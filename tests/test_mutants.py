@@ -56,6 +56,11 @@ CATCHERS = (
         "(ball or equal or stress or units or scratch or any_mass or pushed) and not 5 and not 4",
     ),
     (
+        "rest, stability, records",
+        "tests/test_rest.py tests/test_stability.py tests/test_records.py",
+        "",
+    ),
+    (
         "full order, Moreau, theta",
         "tests/test_full_order.py tests/test_moreau.py tests/test_theta.py",
         "not coin",
