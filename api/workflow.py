@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from signorini.codegen.c import emit
-from signorini.codegen.c.spec import emit_spec
+from signorini.codegen.c.build import emit_spec
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.names import HEADERS

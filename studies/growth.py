@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import signorini as sg
 from signorini.bodies import Planar, Spatial, inertia
+from signorini.codegen.c.build import emit_spec
 from signorini.codegen.c.emit import render, write
-from signorini.codegen.c.spec import emit_spec
 from signorini.codegen.frontend.validate import freeze
 
 

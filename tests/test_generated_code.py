@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
+from signorini.codegen.c.build import emit_spec, runtime_source
 from signorini.codegen.c.emit import (
     RUNTIME_BEGIN,
     RUNTIME_END,
@@ -21,7 +22,6 @@ from signorini.codegen.c.emit import (
     TABLES_END,
     render,
 )
-from signorini.codegen.c.spec import emit_spec, runtime_source
 from signorini.codegen.frontend.validate import freeze
 from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
 from trap_models import (

@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 
 import jinja2
-from signorini.codegen.c.spec import EmitSpec, manifest
+from signorini.codegen.c.manifest import manifest
+from signorini.codegen.c.spec import EmitSpec
 from signorini.codegen.frontend.errors import GenerationError
 
 # Name of each file in the folder, with the template it comes from.

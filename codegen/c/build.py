@@ -1,0 +1,417 @@
+"""Everything that is emitted for a model: derivation, scheme, C functions, tables."""
+
+import hashlib
+import re
+from dataclasses import replace
+from importlib import resources
+from importlib.metadata import version
+
+import casadi as ca
+import numpy as np
+from signorini.codegen import schemes
+from signorini.codegen.c import refs
+from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
+from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter
+from signorini.codegen.c.layout import (
+    STATUSES,
+    sizes,
+    structs,
+)
+from signorini.codegen.c.manifest import manifest_hash
+from signorini.codegen.c.printer import PRECISIONS, Precision
+from signorini.codegen.c.spec import ContactRow, EmitSpec, ProblemSpec, Step
+from signorini.codegen.c.tables import CTable, c_table
+from signorini.codegen.derive.public import PUBLIC
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.frontend.errors import GenerationError, ModelError
+from signorini.codegen.frontend.model_data import ModelData
+from signorini.codegen.frontend.names import FILES, HEADERS
+from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
+from signorini.version import __version__
+
+RUNTIME_FILES = (
+    "sg_real.h",
+    "sg_linalg.c",
+    "sg_sparse.c",
+    "sg_prox.c",
+    "sg_cell.c",
+    "sg_types.h",
+    "sg_calls.h",
+    "sg_scale.c",
+    "sg_smooth.c",
+    "sg_newton.c",
+    "sg_path.c",
+    "sg_central.c",
+    "sg_least.c",
+    "sg_check.c",
+    "sg_solve.c",
+    "sg_step.c",
+    "sg_simulate.c",
+    "sg_stable.c",
+)
+
+_TYPES = RUNTIME_FILES.index("sg_types.h") + 1  # the model's tables stand behind these
+
+
+def runtime_source(names: tuple[str, ...] = RUNTIME_FILES) -> str:
+    """The plain C files of the runtime, in the order in which they stand in the output."""
+    folder = resources.files("signorini.runtime") / "c"
+    parts = []
+    for name in names:
+        text = (folder / name).read_text(encoding="utf-8")
+        parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text.rstrip()}\n")
+    return "\n".join(parts)
+
+
+def emit_spec(
+    data: ModelData,
+    *,
+    stages: int = 3,
+    scheme: str = "lobatto",
+    velocity_constraints: str | None = None,
+    prefix: str | None = None,
+    precision: str = "double",
+) -> EmitSpec:
+    """Derive everything that is emitted for a model.
+
+    Parameters
+    ----------
+    data : ModelData
+        The checked model.
+    stages : int
+        Number of stages s >= 2.
+    scheme : str
+        Name of a scheme of `signorini.codegen.schemes`, or ``name=number``.
+    velocity_constraints : {"paper", "full_order"}, optional
+        Where gamma = 0 holds, see `build`.
+    prefix : str, optional
+        Prefix of the C names; the model's name by default.
+    precision : {"double", "float"}
+        Real type of the generated code.
+
+    Raises
+    ------
+    GenerationError
+        For options out of range.
+    """
+    try:
+        schemes.find(scheme, "paper")
+    except ValueError as error:
+        raise GenerationError(str(error)) from None
+    if precision not in PRECISIONS:
+        raise GenerationError(
+            f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
+        )
+    prefix = data.name if prefix is None else prefix
+    if not isinstance(prefix, str):
+        raise GenerationError(f"prefix {prefix!r} is no text: give an identifier")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", prefix):
+        raise GenerationError(f"prefix {prefix!r} is no C identifier of at most 41 characters")
+    if prefix.startswith("sg_") or prefix == "sg" or "__" in prefix or prefix.endswith("_"):
+        raise GenerationError(
+            f"prefix {prefix!r} would collide: names starting with sg_, ending in _ or holding __ "
+            "are taken"
+        )
+    for names, what in (
+        (HEADERS, "a header of the C library"),
+        (FILES, "a file of the generated folder"),
+    ):
+        if prefix in names:
+            raise GenerationError(
+                f"prefix {prefix!r} is the name of {what}: give the model another name, or a prefix"
+            )
+    for name in (
+        *data.coordinates,
+        *data.velocities,
+        *data.inputs,
+        *(p.name for p in data.parameters),
+    ):
+        if name.startswith(f"{prefix.upper()}_"):
+            raise ModelError(
+                data.name,
+                f"the name '{name}'",
+                f"begins like the macros of the generated header, {prefix.upper()}_...",
+                "Choose another name, or give another prefix",
+            )
+    if precision == "float":
+        for p in data.parameters:
+            if abs(p.default) > float(np.finfo(np.float32).max):
+                raise ModelError(
+                    data.name,
+                    f"parameter '{p.name}'",
+                    f"is {p.default:g}, which single precision does not hold",
+                    "Scale the model's units, or generate in double precision",
+                )
+    d = Derivation(data)
+    try:
+        form = schemes.velocity_form(data, scheme, velocity_constraints)
+        registered, value = schemes.find(scheme, form)
+        number = int(stages) if isinstance(stages, np.integer) else stages
+        plan = registered.make(d, number, value)
+    except ValueError as error:
+        raise GenerationError(str(error)) from None
+    return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()
+
+
+_WORK = CParameter("w", struct="work", const=False)
+# Public functions that the runtime calls, whatever they are.
+_CALLED = frozenset({"energy", "p_v", "f_q", "L_q_q", "WR_q"})
+
+
+class _Builder:
+    def __init__(
+        self,
+        data: ModelData,
+        d: Derivation,
+        plan: Scheme,
+        prefix: str,
+        precision: Precision,
+        velocity_constraints: str,
+    ) -> None:
+        self.velocity_constraints = velocity_constraints
+        self.data = data
+        self.d = d
+        self.plan = plan
+        self.prefix = prefix
+        self.precision = precision
+        self.writer = FunctionWriter(d, prefix, precision, plan.memory)
+        self.sizes = sizes(data, plan)
+        self.structs = structs(data, plan, self.sizes)
+        self.helpers: list[CFunction] = []
+        self.known_points = {s.name for s in self.structs}
+
+    def spec(self) -> EmitSpec:
+        data, plan = self.data, self.plan
+        if self.sizes.n_terms:
+            self.known_points.add("terms")
+            self.helpers.append(
+                self.writer.of_place("evaluate_terms", plan.terms.values, "terms of (t, q)")
+            )
+        if self.sizes.n_key:
+            equation = "what the terms depend on"
+            self.helpers.append(self.writer.of_place("key", plan.terms.key, equation))
+        for point in plan.points:
+            if point.name in self.known_points:
+                self.helpers.append(self.writer.point_function(point))
+        start = self.steps(plan.start)
+        problems = self.problems()
+        mass_tables = _mass_tables(plan.inertia)
+        tables = (
+            *mass_tables,
+            *((f"{p.name} problem: {name}", values) for p in problems for name, values in p.tables),
+        )
+        finish = self.writer.assembly(plan.finish, (_WORK,))
+        stages = ("stage_t", "stage_q", "stage_v", "stage_R")
+        record = self.writer.assembly(
+            plan.record,
+            (
+                CParameter("w", struct="work"),
+                *(CParameter(name, array=True, const=False) for name in stages),
+            ),
+        )
+        functions = tuple(
+            self.writer.model_function(name, (*arguments, "par"))
+            for name, arguments in PUBLIC
+            if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
+        )
+        runtime = runtime_source()
+        number = self.precision.number
+        curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
+        spec = EmitSpec(
+            version=__version__,
+            model=data.name,
+            doc=data.doc,
+            prefix=self.prefix,
+            upper=self.prefix.upper(),
+            symbols=data.symbols,
+            explicit_time=data.explicit_time,
+            scheme=plan.name,
+            title=plan.title,
+            stages=plan.stages,
+            stable_phase=plan.stable_phase,
+            velocity_constraints=self.velocity_constraints,
+            precision=self.precision,
+            sizes=self.sizes,
+            coordinates=data.coordinates,
+            velocities=data.velocities,
+            inputs=data.inputs,
+            parameters=data.parameters,
+            defaults=tuple(number(p.default) for p in data.parameters),
+            g_blocks=data.g_blocks,
+            gamma_blocks=data.gamma_blocks,
+            contacts=tuple(contact_rows(data, plan.guarded)),
+            outputs=tuple(name for name, _ in data.outputs),
+            statuses=STATUSES,
+            structs=self.structs,
+            functions=functions,
+            zeros=self._zeros(),
+            helpers=tuple(self.helpers),
+            consistency=self.writer.consistency(),
+            bilateral=self.writer.of_place(
+                "bilateral_directions",
+                ca.vec(ca.densify(ca.horzcat(self.d["W_g"], self.d["W_gamma"]))),
+                "W_g, W_gamma by columns",
+            ),
+            initial_state=self.writer.initial_state(),
+            index_type=_index_type(tables),
+            mobility=plan.inertia.mobility,
+            tables=tables,
+            curves=curves,
+            mass_places=_places(mass_tables, 0),
+            start=start,
+            problems=problems,
+            finish=finish,
+            record=record,
+            types=runtime_source(RUNTIME_FILES[:_TYPES]),
+            runtime=runtime_source(RUNTIME_FILES[_TYPES:]),
+            runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
+            model_hash=_model_hash(functions, data, curves),
+            tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
+            example_h=number(data.dt),
+            example_steps=min(1000, round(data.t_end / data.dt)),
+        )
+        return replace(spec, manifest_hash=manifest_hash(spec))
+
+    def _zeros(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Public functions with entries that are all zero, and their shapes: no C for these."""
+        found = []
+        for name, _ in PUBLIC:
+            value = self.d[name]
+            if value.numel() and value.is_zero() and name not in _CALLED:
+                found.append((name, self.writer.shape_of(name)))
+        return tuple(found)
+
+    def steps(self, parts: tuple[Evaluate | Assembly, ...]) -> tuple[Step, ...]:
+        steps = []
+        for part in parts:
+            if isinstance(part, Evaluate):
+                if part.point in self.known_points:
+                    values = (*part.arguments, part.into)
+                    arguments = tuple(refs.argument(a, self.precision) for a in values)
+                    steps.append(Step(f"evaluate_{part.point}", arguments))
+            elif any(t.size for t in part.targets):
+                self.helpers.append(self.writer.assembly(part, (_WORK,)))
+                steps.append(Step(part.name, ("w",)))
+        return tuple(steps)
+
+    def elimination(self, p: Problem) -> Elimination:
+        K = next(t for t in p.jacobian.assembly.targets if t.array == "K")
+        entries = frozenset(place for place, _ in K.entries)
+        return eliminate(p.jacobian.K, p.n_x, entries)
+
+    def problems(self) -> tuple[ProblemSpec, ...]:
+        specs = []
+        x = lam = row = 0
+        at = sum(len(values) for _, values in _mass_tables(self.plan.inertia))
+        for p in self.plan.problems:
+            elimination = self.elimination(p)
+            specs.append(
+                ProblemSpec(
+                    name=p.name,
+                    equations=p.equations,
+                    n_x=p.n_x,
+                    n_slots=p.n_slots,
+                    x=x,
+                    lam=lam,
+                    response_row=row,
+                    gap_slots=p.gap_slots,
+                    last_rows=(
+                        self.sizes.n_g + self.sizes.n_gamma if p.last_rows is None else p.last_rows
+                    ),
+                    follows=p.follows,
+                    response=tuple(
+                        (self.precision.number(a), self.precision.number(b)) for a, b in p.response
+                    ),
+                    n_border=len(p.jacobian.order),
+                    tables=_tables(p.jacobian),
+                    places=_places(_tables(p.jacobian), at),
+                    elimination=elimination,
+                    unrolled=elimination.products <= UNROLLED,
+                    values=self.steps(p.values),
+                    derivatives=self.steps((*p.derivatives, p.jacobian.assembly)),
+                )
+            )
+            x += p.n_x
+            lam += p.n_slots * self.sizes.n_R
+            row += p.n_slots
+            at += sum(len(values) for _, values in _tables(p.jacobian))
+        return tuple(specs)
+
+
+def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> list[ContactRow]:
+    """Rows of each contact in the percussion vectors."""
+    rows = []
+    normal = friction = bound = 0
+    for k, c in enumerate(data.contacts):
+        is_contact = c.g_N is not None
+        rows.append(
+            ContactRow(
+                c.name,
+                normal if is_contact else -1,
+                friction,
+                c.n_F,
+                -1 if is_contact else bound,
+                c.guard is not None if guarded is None else guarded[k],
+                c.guard is not None,
+            )
+        )
+        normal += is_contact
+        bound += not is_contact
+        friction += c.n_F
+    return rows
+
+
+_Tables = tuple[tuple[str, tuple[int, ...]], ...]
+
+
+def _tables(j: Jacobian) -> _Tables:
+    """Where the entries of K, B, C and of the derivatives of the radii stand."""
+    return (
+        ("K_order", j.order),
+        ("K_start", j.K.start),
+        ("K_column", j.K.index),
+        ("K_diagonal", j.K.diagonal),
+        ("B_start", j.B.start),
+        ("B_row", j.B.index),
+        ("C_start", j.C.start),
+        ("C_column", j.C.index),
+        ("radius_start", j.radius.start),
+        ("radius_column", j.radius.index),
+    )
+
+
+def _mass_tables(inertia: Inertia) -> _Tables:
+    """Where the entries of the mass matrix and of W^T stand."""
+    return (
+        ("mass_order", inertia.order),
+        ("mass_start", inertia.mass.start),
+        ("mass_column", inertia.mass.index),
+        ("mass_diagonal", inertia.mass.diagonal),
+        ("direction_start", inertia.direction.start),
+        ("direction_column", inertia.direction.index),
+    )
+
+
+def _places(tables: _Tables, at: int) -> tuple[int, ...]:
+    """Where each of the tables begins if the first begins at `at`."""
+    places = []
+    for _, values in tables:
+        places.append(at)
+        at += len(values)
+    return tuple(places)
+
+
+def _index_type(tables: _Tables) -> str:
+    """Smallest C type that holds every entry of the tables."""
+    top = max(max(values, default=0) for _, values in tables)
+    if top < 256:
+        return "unsigned char"
+    return "unsigned short" if top < 65536 else "unsigned long"
+
+
+def _model_hash(
+    functions: tuple[CFunction, ...], data: ModelData, curves: tuple[CTable, ...]
+) -> str:
+    """Content hash of what the model says, independent of its source text."""
+    text = repr((functions, data.coordinates, data.parameters, data.inputs, curves))
+    return hashlib.sha256(text.encode()).hexdigest()
