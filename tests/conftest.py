@@ -1,6 +1,7 @@
 """Options and shared steppers of the test suite."""
 
 import os
+import re
 import sys
 import tempfile
 import time
@@ -31,8 +32,40 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+# Further instances of a mechanism of which the first circle has one: they belong to -m thorough.
+FURTHER = re.compile(
+    "|".join(
+        (
+            r"test_collection.py::test_(andrews|arch|block_stack|chain_presses|domino|drawer)",
+            r"test_collection.py::test_(four_bar|groove|hopper|pendulum_vibrates|prism|rimless)",
+            r"test_collection.py::test_(rocking|woodpecker|cradle\[[24]|painleve.*\[3)",
+            r"test_collection.py::test_runs_to_its_horizon\[(four_bar|table_with_legs)",
+            r"test_bodies.py::test_(planar_joints|spatial_joints|springs.*|the_same_boxes)\[casadi",
+            r"test_bodies.py::test_top_in_two_sets_of_coordinates\[casadi",
+            r"test_full_order.py::test_(sleigh|turntable)_orders\[[45]",
+            r"test_full_order.py::test_(coin_orders\[3|a_sleigh_settles\[4|steps.*-4)",
+            r"test_stability.py::test_no_false_alarm\[(?!arch|vibrating)",
+            r"test_stability.py::test_the_warning_names_a_stable_step\[5",
+            r"test_steps.py::.*(mixed_contacts|one_coordinate|only_constraints|sticking.*|uncon.*)-4",
+            r"test_benchmarks.py::test_(ball_slides.*|slope_has.*|slider_crank)\[[45]",
+            r"test_check.py::test_(waivers|every_form_is_checked_and_named.*options[34])",
+            r"test_check.py::test_models_pass\[trap_models\.(one_coordinate|unconstrained|only)",
+            r"test_files.py::test_(models_called_like_files\[(ex|fe|st)|a_killed.*True)",
+            r"test_hostile.py::test_compilers_and_contraction\[box_drop",
+            r"test_examples.py::test_models_and_instances_in_threads\[address",
+            r"test_bench.py::test_command",
+            r"test_rolling.py::test_a_rattleback_turns_back\[3",
+        )
+    )
+)
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests with these markers run only when asked for by the marker."""
+    for item in items:
+        if FURTHER.search(item.nodeid):
+            item.add_marker(pytest.mark.thorough)
     chosen = config.option.markexpr or ""
     for marker, what in (
         ("slow", "a long study: run with -m slow"),
