@@ -63,6 +63,31 @@ def disc_by_a_wall() -> sg.Model:
     return m
 
 
+def pyramid_between_walls() -> sg.Model:
+    """Two discs and one on top, which touch each other and two walls; the walls carry nothing."""
+    m = sg.Model("pyramid_between_walls")
+    world = Planar(m, gravity=(0, -9.81))
+    r = 0.1
+    discs = [Round(world.body(n, 1.0, inertia.disc(1.0, r)).point(), r) for n in "abc"]
+    for name, disc in zip("ab", discs, strict=False):
+        world.contact(f"floor_{name}", disc, world.plane(), mu=0.6)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        world.contact(f"pair_{i}{j}", discs[i], discs[j], mu=0.6)
+    world.contact("left", discs[0], world.plane(world.ground.point(-r, 0), (1, 0)))
+    world.contact("right", discs[1], world.plane(world.ground.point(3 * r, 0), (-1, 0)))
+    top = r + 3**0.5 * r
+    m.initial_state(q=[0, r, 0, 2 * r, r, 0, r, top, 0])
+    return m
+
+
+def test_contacts_that_touch_without_force_cost_nothing(stepper: Build) -> None:
+    """Their percussions are round-off of either sign, which Newton and the checker both let be."""
+    traj = stepper(pyramid_between_walls, 2).simulate(t_end=1e-2, dt=1e-4)
+    assert np.abs(traj.v).max() < 1e-10
+    assert traj["floor_a.force_N"][-1] == pytest.approx(1.5 * 9.81, rel=1e-6)
+    assert traj.iterations.sum() < 100  # 946 where the checker has no floor
+
+
 @pytest.mark.parametrize("stages", [2, 3])
 def test_a_bound_is_a_force(stages: int, stepper: Build) -> None:
     """The stop carries the whole bound, wherever in a step it is reached."""
