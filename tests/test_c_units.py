@@ -123,3 +123,47 @@ def test_branches(tmp_path: Path) -> None:
     taken, existing = (sum(column) for column in zip(*totals.values(), strict=True))
     assert taken >= 0.95 * existing, report
     assert all(a >= 0.9 * b for a, b in totals.values()), report
+
+
+_REJECTING = r"""
+static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
+    static int asked;
+    return ++asked % 2 == 0 && sg_really_check_problem(w, opt, problem);
+}
+"""
+_RUN = r"""
+#include <stdio.h>
+#include "ball.c"
+static ball_work work;
+int main(void) {
+    const ball_params par = ball_default_params();
+    ball_options opt = ball_default_options();
+    ball_state state;
+    ball_info info;
+    ball_real t[1], q[3], v[3];
+    int k, status, failed = 0;
+    opt.max_halvings = 0;
+    ball_initial_state(&par, t, q, v);
+    status = ball_init(&state, &par, &opt, t[0], q, v);
+    for (k = 0; k < 100; ++k) {
+        status = ball_step(&state, &work, &info, &par, &opt, NULL, 1e-2);
+        failed += status != BALL_OK_RESCUED || info.iterations > 40;
+    }
+    printf("%d failed, y = %.9f\n", failed, state.q[1]);
+    return failed;
+}
+"""
+
+
+def test_what_the_checker_rejects_is_tried_anew(tmp_path: Path) -> None:
+    """A checker that says no every other time makes every step a rescued one, and loses none."""
+    folder = sg.generate(bouncing_ball.model(), tmp_path / "c", stages=2, prefix="ball")
+    source = folder / "ball.c"
+    head = "static int sg_check_problem("
+    begin = source.read_text().index(head)
+    end = source.read_text().index("\n}\n", begin) + 3
+    text = source.read_text()
+    text = text[:end] + _REJECTING + text[end:]
+    source.write_text(text.replace(head, "static int sg_really_check_problem(", 1))
+    (folder / "units.c").write_text(_RUN)
+    build_and_run(folder / "units.c", folder, tmp_path)
