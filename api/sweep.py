@@ -21,9 +21,9 @@ from signorini.codegen.c.emit import staging_folder
 from signorini.runtime.arguments import grid, plain_number
 from signorini.runtime.batch import Batch
 from signorini.runtime.errors import RunError
+from signorini.runtime.export import COUNTS
 from signorini.runtime.files import write_whole
 from signorini.runtime.stepper import Stepper
-from signorini.runtime.trajectory import COUNTS
 from signorini.workflow import build_files
 
 _ADVICE = "install it with: pip install 'signorini[sweep]'"

@@ -7,13 +7,16 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from signorini.runtime import export
 from signorini.runtime.arguments import as_path
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
+from signorini.runtime.export import COUNTS
 from signorini.runtime.files import check_ending, write_whole
 
 _FORMAT = 2
@@ -28,7 +31,6 @@ _DAMAGE = (
     *(NotImplementedError, RuntimeError, MemoryError, struct.error, zlib.error),
     zipfile.BadZipFile,
 )
-COUNTS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts", "impacts")
 # What the codes of C are called here: a slip of one component has a sign there.
 _STATE_NAMES = {"SLIP_BACK": "slip"}
 
@@ -271,11 +273,12 @@ class Trajectory:
         return names
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write a NumPy ``.npz`` file that `load` reads, or a table ``.csv``.
+        """Write a NumPy ``.npz`` file that `load` reads, a table, or labelled arrays.
 
         The ``.npz`` holds, beside the arrays, what they mean: names of columns, units, energy,
         gaps, states of contacts, outputs, parameters, versions. The ``.csv`` has a column for every
-        name of `keys` and the energy. A file is replaced only when the new one is complete.
+        name of `keys` and the energy, ``.parquet`` the table of `to_pandas`, ``.nc`` (netCDF) the
+        arrays of `to_xarray`. A file is replaced only when the new one is complete.
 
         Parameters
         ----------
@@ -290,10 +293,42 @@ class Trajectory:
         target = as_path("the file", path)
         if not target.name or target.is_dir():
             raise RunError(f"{target} is a folder: give a file name, e.g. run.npz")
-        writers = {".npz": self._write_npz, ".csv": self._write_csv}
+        writers: dict[str, Callable[[Path], None]] = {
+            ".npz": self._write_npz,
+            ".csv": self._write_csv,
+            **{ending: partial(write, self) for ending, write in export.writers().items()},
+        }
         check_ending(target, writers)
         write_whole(target, writers[target.suffix])
         return target
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame`: a column for every name of `keys` and the energy, indexed by t.
+
+        Columns with several components become ``"ball.P_F[0]"``, ``"ball.P_F[1]"``. Model, scheme,
+        parameters and their units are in its ``attrs``.
+
+        Raises
+        ------
+        RunError
+            If pandas is missing.
+        """
+        return export.to_pandas(self)
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset` with named dimensions.
+
+        ``q (t, coordinate)``, ``v (t, velocity)``, ``u (t, input)``, ``outputs (t, output)``,
+        ``g_N, g_N_dot, P_N (t, gap)``, ``gamma_F, P_F (t, slip)``, ``state (t, contact)``,
+        ``g, P_g (t, g_row)``, ``gamma, P_gamma (t, gamma_row)``, ``energy (t)`` and what the steps
+        of a row reported. Dimensions without entries are left out.
+
+        Raises
+        ------
+        RunError
+            If xarray is missing.
+        """
+        return export.to_xarray(self)
 
     def _write_npz(self, path: Path) -> None:
         m = self.stepper.manifest
@@ -340,19 +375,12 @@ class Trajectory:
             np.savez_compressed(stream, **stored)
 
     def _write_csv(self, path: Path) -> None:
-        columns: dict[str, Any] = {"t": self.t}
-        for name in self.keys():
-            values = self[name]
-            if values.ndim == 1:
-                columns[name] = values
-            else:
-                columns |= {f"{name}[{k}]": values[:, k] for k in range(values.shape[1])}
-        columns["energy"] = self.energy
+        table = export.columns(self)
         with path.open("w", encoding="utf-8", newline="") as stream:
-            table = csv.writer(stream)
-            table.writerow(columns)
-            for row in zip(*(c.tolist() for c in columns.values()), strict=True):
-                table.writerow(row)
+            rows = csv.writer(stream)
+            rows.writerow(table)
+            for row in zip(*(c.tolist() for c in table.values()), strict=True):
+                rows.writerow(row)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], stepper: Compiled) -> "Trajectory":

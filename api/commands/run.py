@@ -19,6 +19,7 @@ from signorini.commands.base import (
     pairs_of,
 )
 from signorini.runtime.errors import StepError
+from signorini.runtime.export import writers
 from signorini.runtime.files import check_ending
 from signorini.runtime.stepper import Stepper
 from signorini.runtime.trajectory import Trajectory
@@ -63,7 +64,7 @@ def run(
     project
         Start from the nearest state that satisfies the constraints.
     out
-        File for the trajectory: .npz (all that is known) or .csv (a table).
+        File for the trajectory: .npz (all that is known), .csv or .parquet (a table), .nc (netCDF).
     plot
         File for a plot, e.g. run.png.
     """
@@ -73,7 +74,7 @@ def run(
 
     console = Console()
     if out is not None:
-        check_ending(out, (".npz", ".csv"))
+        check_ending(out, (".npz", ".csv", *writers()))
         check_file(out)
     if plot is not None:
         check_figure("--plot", plot)
