@@ -6,6 +6,7 @@ Everything is an `Assembly`: entries of arrays as expressions of symbols, each o
 knows nothing of C.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -154,7 +155,7 @@ class Terms:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Entries of one array; entries not listed are zero if `fill`."""
+    """Entries of one array; entries not listed are zero if `fill`. `labels` say what each is."""
 
     array: str
     size: int
@@ -162,6 +163,7 @@ class Target:
     fill: bool
     equation: str
     owner: str = WORK
+    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,10 +319,16 @@ def compressed(
     rows: tuple[int, ...],
     columns: tuple[int, ...],
     equation: str,
+    label: Callable[[int, int], str] | None = None,
 ) -> Target:
-    """A sparse matrix, entry by entry as `pattern` stores them; entries of fill are zero."""
-    entries = tuple(compress(value, pattern, rows, columns))
-    return Target(array, pattern.size, entries, True, equation)
+    """A sparse matrix, entry by entry as `pattern` stores them; entries of fill are zero.
+
+    `label` says what the entry of a row and a column of the matrix is.
+    """
+    found = compress(value, pattern, rows, columns)
+    entries = tuple((place, entry) for place, entry, _ in found)
+    labels = () if label is None else tuple(label(i, j) for _, _, (i, j) in found)
+    return Target(array, pattern.size, entries, True, equation, labels=labels)
 
 
 def jacobian(
@@ -353,14 +361,20 @@ def jacobian(
         rows_of(C, place[:n_x]),
         rows_of(radius, place[:n_x]),
     )
+
+    def of_K(i: int, j: int) -> str:
+        row = f"r[{i}]" if i < n_x else f"y[{chosen[i - n_x]}]"
+        return f"d{row}/d" + (f"x[{j}]" if j < n_x else f"lambda[{chosen[j - n_x]}]")
+
     targets = tuple(
-        compressed(array, value, pattern, rows, place, equation)
-        for array, value, pattern, rows, equation in zip(
+        compressed(array, value, pattern, rows, place, equation, label)
+        for array, value, pattern, rows, equation, label in zip(
             ("K", "B", "C", "C_radius"),
             (K, B.T, C, radius),
             patterns,
             (place, n_rows, n_rows, n_rows),
             equations,
+            (of_K, None, None, None),
             strict=True,
         )
     )

@@ -92,8 +92,8 @@ def factor_pattern(sparsity: ca.Sparsity, order: tuple[int, ...]) -> Pattern:
 
 def compress(
     value: ca.SX, pattern: Pattern, rows: tuple[int, ...], columns: tuple[int, ...]
-) -> list[tuple[int, ca.SX]]:
-    """Entries of a matrix with their places in a pattern.
+) -> list[tuple[int, ca.SX, tuple[int, int]]]:
+    """Entries of a matrix with their places in a pattern, and their row and column in the matrix.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def compress(
     }
     sparsity = value.sparsity()
     entries = [
-        (where[rows[i], columns[j]], value.nz[k])
+        (where[rows[i], columns[j]], value.nz[k], (i, j))
         for k, (i, j) in enumerate(zip(sparsity.row(), sparsity.get_col(), strict=True))
     ]
     return sorted(entries, key=lambda e: e[0])

@@ -284,7 +284,7 @@ class FunctionWriter:
                         t.equation,
                         tuple(f"{array}[{k}]" for k, _ in t.entries),
                         tuple(v for _, v in t.entries),
-                        ("",) * len(t.entries),
+                        t.labels or ("",) * len(t.entries),
                         ((array, t.size),) if filled else (),
                         (refs.base(t.array, t.owner),),
                     )

@@ -4722,15 +4722,15 @@ static void bouncing_ball_position_derivatives(bouncing_ball_work *w) {
     const real w1 = 0.16666666666666666 * w->h;
 
     /* K = [dr/dV, B; C, 0] */
-    w->K[0] = w->stage_jacobian[0].p_v[0];
-    w->K[1] = w->stage_jacobian[0].p_v[1];
-    w->K[2] = w->stage_jacobian[0].p_v[2];
-    w->K[3] = w->stage_jacobian[1].p_v[0];
-    w->K[4] = w->stage_jacobian[1].p_v[1];
-    w->K[5] = w->stage_jacobian[1].p_v[2];
-    w->K[6] = w->stage_jacobian[2].p_v[0];
-    w->K[7] = w->stage_jacobian[2].p_v[1];
-    w->K[8] = w->stage_jacobian[2].p_v[2];
+    w->K[0] = w->stage_jacobian[0].p_v[0]; /* dr[0]/dx[0] */
+    w->K[1] = w->stage_jacobian[0].p_v[1]; /* dr[1]/dx[1] */
+    w->K[2] = w->stage_jacobian[0].p_v[2]; /* dr[2]/dx[2] */
+    w->K[3] = w->stage_jacobian[1].p_v[0]; /* dr[3]/dx[3] */
+    w->K[4] = w->stage_jacobian[1].p_v[1]; /* dr[4]/dx[4] */
+    w->K[5] = w->stage_jacobian[1].p_v[2]; /* dr[5]/dx[5] */
+    w->K[6] = w->stage_jacobian[2].p_v[0]; /* dr[6]/dx[6] */
+    w->K[7] = w->stage_jacobian[2].p_v[1]; /* dr[7]/dx[7] */
+    w->K[8] = w->stage_jacobian[2].p_v[2]; /* dr[8]/dx[8] */
 
     /* B = dr/dR, column by column */
     w->B[0] = -0.16666666666666666;
@@ -4796,9 +4796,9 @@ static void bouncing_ball_velocity_values(bouncing_ball_work *w) {
 static void bouncing_ball_velocity_derivatives(bouncing_ball_work *w) {
 
     /* K = [dp_{n+1}/dv_{n+1}, B; C, 0] */
-    w->K[0] = w->end_jacobian.p_v[0];
-    w->K[1] = w->end_jacobian.p_v[1];
-    w->K[2] = w->end_jacobian.p_v[2];
+    w->K[0] = w->end_jacobian.p_v[0]; /* dr[0]/dx[0] */
+    w->K[1] = w->end_jacobian.p_v[1]; /* dr[1]/dx[1] */
+    w->K[2] = w->end_jacobian.p_v[2]; /* dr[2]/dx[2] */
 
     /* B = -W, column by column */
     w->B[0] = -1.0;
