@@ -4,13 +4,20 @@ import sys
 
 from rich.console import Console
 from signorini.codegen.frontend.errors import GenerationError, ModelError
-from signorini.commands import generate, look, measure, run, sweep
+from signorini.commands import doctor, generate, look, measure, run, sweep
 from signorini.commands.base import app
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
 
 _EXPECTED = (ModelError, GenerationError, CompilerError, RunError)
-COMMANDS = (run, generate, look, measure, sweep)  # modules: importing them registers what they have
+COMMANDS = (
+    run,
+    generate,
+    look,
+    measure,
+    sweep,
+    doctor,
+)  # modules: importing them registers what they have
 
 
 def main() -> None:
