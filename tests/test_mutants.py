@@ -66,6 +66,7 @@ CATCHERS = (
         "not coin",
     ),
     ("tables", "tests/test_tables.py", ""),
+    ("polygons", "tests/test_polygons.py", ""),
     (
         "bodies, sizes of terms",
         "tests/test_bodies.py tests/test_commands_for_models.py",
