@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini.models import bouncing_ball, box, slider_crank
+from signorini.runtime.options import RunOptions
 
 Build = Callable[..., sg.Stepper]
 
@@ -283,3 +284,27 @@ def test_memory_is_estimated_before_a_run(stepper: Build, monkeypatch: pytest.Mo
     assert len(compiled.simulate(t_end=1, dt=1e-2, every=fits)) == -(-100 // fits) + 1
     with pytest.raises(sg.RunError, match="would record"):
         compiled.simulate_batch(t_end=20, dt=1e-2, parameters={"e_N": np.linspace(0, 1, 100)})
+
+
+def test_a_time_and_a_place_that_the_caller_sets_count(stepper: Build) -> None:
+    """Between two steps in C: the next step starts there, and so does the grid of times."""
+    compiled = stepper(bouncing_ball.model, 2)
+    lib = compiled.library
+    _, q, v = compiled.initial_state()
+    state, work, info = compiled.c_state(0.0, q, v), lib.structs["work"](), lib.structs["info"]()
+    params, options = compiled.c_params(compiled.parameters), compiled.c_options(RunOptions())
+    u, h = lib.pointer(lib.array(np.zeros(1))), 1e-2
+
+    def step() -> None:
+        assert lib.call["step"](state, work, info, params, options, u, h) == 0
+
+    for _ in range(3):
+        step()
+    assert state.t == 3 * h
+    state.t, state.q[1] = 7.0, 2.0
+    speed = state.v[1]
+    for k in (1, 2):
+        step()
+        assert state.t == 7.0 + k * h
+    fallen = 2 * h * speed - 9.81 / 2 * (2 * h) ** 2
+    assert state.q[1] == pytest.approx(2 + fallen, abs=1e-14)

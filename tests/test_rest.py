@@ -30,7 +30,8 @@ def slot() -> sg.Model:
     _x, y = m.coordinates("x y")
     u, w = m.velocities
     m.lagrangian = (u**2 + w**2) / 2
-    m.force([5, -10])
+    (push,) = m.parameters(push=5.0)
+    m.force([push, -10])
     m.contact("bottom", g_N=y, gamma_F=u, mu=0.3)
     m.contact("top", g_N=-y, gamma_F=u, mu=0.3)
     m.initial_state(q=[0, 0], v=[-0.5, 0])
@@ -122,6 +123,15 @@ def test_a_wall_that_is_touched_does_not_stop_the_run(dt: float, stepper: Build)
             assert np.abs(traj.q[-1] - traj.q[0]).max() < 1e-12
             assert traj["floor.force_N"][-1] == pytest.approx(9.81, rel=1e-9)
             assert np.abs(traj["wall.force_N"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("push", [0.5, 2.9, -2.5])
+def test_a_body_that_sticks_in_a_slot(push: float, stepper: Build) -> None:
+    """The least percussions in their cones: the lower wall carries weight and push."""
+    traj = stepper(slot, 2).simulate(t_end=0.1, dt=1e-2, v0=[0, 0], parameters={"push": push})
+    assert traj.P_N[1:] == pytest.approx(np.tile([0.1, 0], (10, 1)), abs=1e-12)
+    assert traj.P_F[1:] == pytest.approx(np.tile([-push * 1e-2, 0], (10, 1)), abs=1e-12)
+    assert np.all(traj.percussions[1:] == 1)
 
 
 @pytest.mark.parametrize("stages", [2, 3])
