@@ -440,3 +440,20 @@ def test_friction_with_a_bound(bound: float, stop: bool) -> None:
     assert traj["x"][-1] == pytest.approx(0.25 if stop else 1.0, abs=1e-9)
     if stop:
         np.testing.assert_allclose(traj["brake.P_F"][1:50], -2e-2, rtol=1e-9)
+
+
+def test_a_guard_that_is_no_number_is_an_error() -> None:
+    """At the start, and when the motion gets there: log(1 - x) is none from x = 1 on."""
+    m = sg.Model("no_guard")
+    (x,) = m.coordinates("x")
+    (v,) = m.velocities
+    m.lagrangian = v**2 / 2
+    m.contact("stop", g_N=10 - x, guard=sp.log(1 - x))
+    m.initial_state(q=[0.5], v=[1])
+    stepper = sg.build(m, stages=2)
+    with pytest.raises(sg.StepError, match="guard") as caught:
+        stepper.simulate(t_end=1, dt=1e-2)
+    assert caught.value.status == "NONFINITE"
+    assert caught.value.trajectory.q[-1, 0] == pytest.approx(1, abs=0.011)
+    with pytest.raises((sg.StepError, sg.RunError), match="guard"):
+        stepper.simulate(t_end=1, dt=1e-2, q0=[2.0])
