@@ -85,6 +85,19 @@ def test_random_stacks_come_to_rest(seed: int, stages: int) -> None:
         assert traj.q[-1, 3 * k] == pytest.approx(offsets[k], abs=2e-3)
 
 
+@pytest.mark.parametrize("dt", [1e-2, 3e-2])
+def test_a_tilted_box_lands_on_a_ledge(dt: float) -> None:
+    """It overhangs: the end of the lower edge meets its face in the step that turns it flat."""
+    stepper = sg.build(stack((0.5, 0.5), (0, 0.2), 0.01), stages=2)
+    for tilt in (0.1, -0.1, 0.02, -0.02):
+        q = stepper.initial_state()[1]
+        q[4] += 0.3 * abs(tilt)
+        q[5] = tilt
+        traj = stepper.simulate(t_end=1.0, dt=dt, q0=q)
+        assert depth(traj.q[:, :3], traj.q[:, 3:], 0.5, 0.5).max() < 1e-9
+        assert traj.q[-1, [4, 5]] == pytest.approx([0.3, 0], abs=2e-3)
+
+
 def test_a_point_near_the_rim_stays_on_the_table() -> None:
     """The side face does not claim a point on top that is nearer to the rim than its depth."""
     m = sg.Model("table")
