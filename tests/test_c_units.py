@@ -167,3 +167,39 @@ def test_what_the_checker_rejects_is_tried_anew(tmp_path: Path) -> None:
     source.write_text(text.replace(head, "static int sg_really_check_problem(", 1))
     (folder / "units.c").write_text(_RUN)
     build_and_run(folder / "units.c", folder, tmp_path)
+
+
+_LEFT_OUT = r"""
+#include <stdio.h>
+#include "ball.c"
+static ball_work w;
+/* Failures where percussions before and after are not those expected. */
+static int look(int problem, int exists, int active, ball_real expected) {
+    ball_real *lambda = &w.lambda[sg_problems[problem].lambda];
+    int k, failed = 0;
+    w.exists[0] = exists;
+    w.active[0] = active;
+    for (k = 0; k < SG_NC; ++k) {
+        lambda[k] = 1.5;
+    }
+    sg_leave_out(&w, problem);
+    for (k = 0; k < SG_NC; ++k) {
+        failed += lambda[k] != expected;
+    }
+    return failed;
+}
+int main(void) {
+    /* the position problem takes every contact that exists, the velocity problem the closed ones */
+    const int failed = look(0, 1, 0, 1.5) + look(0, 0, 0, 0.0) + look(1, 1, 1, 1.5) +
+                       look(1, 1, 0, 0.0) + look(1, 0, 1, 0.0);
+    printf("%d failed\n", failed);
+    return failed;
+}
+"""
+
+
+def test_contacts_left_out_have_no_percussion(tmp_path: Path) -> None:
+    """Whatever an iteration left there: the checker asks for zero to the last bit."""
+    folder = sg.generate(bouncing_ball.model(), tmp_path / "c", stages=2, prefix="ball")
+    (folder / "units.c").write_text(_LEFT_OUT)
+    build_and_run(folder / "units.c", folder, tmp_path)
