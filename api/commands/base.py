@@ -38,22 +38,22 @@ app = App(
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Form:
-    """What is generated of a model, but for the number of stages.
+    """What is generated of a model, but for the number of stages."""
 
-    Parameters
-    ----------
-    scheme
-        lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts on velocity
-        level.
-    velocity_constraints
-        paper, or full_order: the default for models without contacts.
-    precision
-        Real type of the generated C.
-    """
-
-    scheme: str = "lobatto"
-    velocity_constraints: Literal["paper", "full_order"] | None = None
-    precision: Literal["double", "float"] = "double"
+    scheme: Annotated[
+        str,
+        Parameter(
+            help="lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts "
+            "on velocity level."
+        ),
+    ] = "lobatto"
+    velocity_constraints: Annotated[
+        Literal["paper", "full_order"] | None,
+        Parameter(help="paper, or full_order: the default for models without contacts."),
+    ] = None
+    precision: Annotated[
+        Literal["double", "float"], Parameter(help="Real type of the generated C.")
+    ] = "double"
 
     def keywords(self) -> dict[str, Any]:
         """As `build` takes them."""
@@ -67,22 +67,11 @@ class Form:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Built(Form):
-    """What is generated of a model.
+    """What is generated of a model."""
 
-    Parameters
-    ----------
-    stages
-        Number of stages s of the Lobatto scheme, at least 2.
-    scheme
-        lobatto; moreau (midpoint) or theta[=VALUE] (theta-method, 0.5 to 1): contacts on velocity
-        level.
-    velocity_constraints
-        paper, or full_order: the default for models without contacts.
-    precision
-        Real type of the generated C.
-    """
-
-    stages: Whole = 3
+    stages: Annotated[
+        Whole, Parameter(help="Number of stages s of the Lobatto scheme, at least 2.")
+    ] = 3
 
     def keywords(self) -> dict[str, Any]:
         """As `build` takes them."""

@@ -110,15 +110,7 @@ def moreau_scheme(d: Derivation, stages: int, value: float) -> Scheme:
                 dense("P", P, "P"),
             ),
         ),
-        record=Assembly(
-            "stages",
-            (
-                dense("stage_t", memory.number("t") + h / 2, "t_m", CALLER),
-                dense("stage_q", memory.column("Q", n), "q_m", CALLER),
-                dense("stage_v", middle.v_end, "v_{n+1}", CALLER),
-                dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P", CALLER),
-            ),
-        ),
+        record=middle.record,
         guarded=middle.guarded,
     )
 
@@ -128,7 +120,7 @@ class AtMiddle:
 
     Attributes
     ----------
-    points, places, inertia, terms, start, guarded
+    points, places, inertia, terms, start, record, guarded
         Parts of the `Scheme`.
     h, q_n, v_n, v_end, P : SX
         Step size, state, unknown velocity and percussions.
@@ -197,6 +189,15 @@ class AtMiddle:
         )
         self.guarded = tuple(c.g_N is not None or c.guard is not None for c in data.contacts)
         self.start = self._start(opening, begin)
+        self.record = Assembly(
+            "stages",
+            (
+                dense("stage_t", memory.number("t") + self.h / 2, "t_m", CALLER),
+                dense("stage_q", memory.column("Q", n), "q_m", CALLER),
+                dense("stage_v", self.v_end, "v_{n+1}", CALLER),
+                dense("stage_R", ca.vertcat(ca.SX(0, 1), self.P), "P", CALLER),
+            ),
+        )
 
     def _start(self, opening: Point, begin: dict[str, ca.SX]) -> tuple[Evaluate | Assembly, ...]:
         known = self.known

@@ -3,7 +3,6 @@
 import casadi as ca
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
-    CALLER,
     Assembly,
     Evaluate,
     Memory,
@@ -125,15 +124,7 @@ def theta_scheme(d: Derivation, stages: int, theta: float) -> Scheme:
                 dense("P", P, "P"),
             ),
         ),
-        record=Assembly(
-            "stages",
-            (
-                dense("stage_t", memory.number("t") + h / 2, "t_m", CALLER),
-                dense("stage_q", memory.column("Q", n), "q_m", CALLER),
-                dense("stage_v", v_end, "v_{n+1}", CALLER),
-                dense("stage_R", ca.vertcat(ca.SX(0, 1), P), "P", CALLER),
-            ),
-        ),
+        record=middle.record,
         guarded=middle.guarded,
         stable_phase=_UNBOUNDED,
     )
