@@ -215,7 +215,7 @@ def drift(
         model,
         about["stages"] if stages is None else stages,
         about["scheme"],
-        about["velocity_form"],
+        about["velocity_constraints"],
         about["prefix"],
         about["precision"],
     )

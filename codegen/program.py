@@ -183,8 +183,8 @@ class Jacobian:
     order : tuple of int
         Elimination order of K: the velocities, then n_x + k for the bilateral percussions k.
     K, B, C, radius : Pattern
-        Factors of K = [dr/dx, dr/dlambda; dy/dx, 0] with the bilateral percussions and rows;
-        columns of B = dr/dlambda, rows of C = dy/dx and of d(radius)/dx for all of them.
+        Factors of K = [dr/dx, dr/dR; dy/dx, 0] with the bilateral percussions and rows;
+        columns of B = dr/dR, rows of C = dy/dx and of d(radius)/dx for all of them.
     assembly : Assembly
         Their entries.
     """
@@ -340,7 +340,7 @@ def jacobian(
     bilateral: tuple[int, ...],
     equations: tuple[str, str, str, str],
 ) -> Jacobian:
-    """Tables and assembly of the derivatives A = dr/dx, B = dr/dlambda, C = dy/dx, d(radius)/dx.
+    """Tables and assembly of the derivatives A = dr/dx, B = dr/dR, C = dy/dx, d(radius)/dx.
 
     Parameters
     ----------
@@ -364,7 +364,7 @@ def jacobian(
 
     def of_K(i: int, j: int) -> str:
         row = f"r[{i}]" if i < n_x else f"y[{chosen[i - n_x]}]"
-        return f"d{row}/d" + (f"x[{j}]" if j < n_x else f"lambda[{chosen[j - n_x]}]")
+        return f"d{row}/d" + (f"x[{j}]" if j < n_x else f"R[{chosen[j - n_x]}]")
 
     targets = tuple(
         compressed(array, value, pattern, rows, place, equation, label)

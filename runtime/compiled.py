@@ -1,6 +1,5 @@
 """The compiled functions of one stepper by their names, and what is handed to them."""
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -190,7 +189,7 @@ class Compiled:
         self,
         name: str,
         x: Any,
-        lam: Any,
+        R: Any,
         h: float,
         *,
         t: float | None = None,
@@ -208,7 +207,7 @@ class Compiled:
             The problem.
         x : ndarray
             Unknown velocities of all problems: V^1 ... V^s, v_{n+1}.
-        lam : ndarray
+        R : ndarray
             Unknown percussions of all problems: R^1 ... R^{s-1}, Delta P; each R in the order
             g, gamma, N, F.
         h : float
@@ -220,7 +219,7 @@ class Compiled:
         -------
         dict
             ``r`` smooth rows, ``y`` kinematic rows, ``phi`` residual of the percussion rows with
-            the prox parameter ``prox_r``, ``A = dr/dx``, ``B = dr/dlam``, ``C = dy/dx``.
+            the prox parameter ``prox_r``, ``A = dr/dx``, ``B = dr/dR``, ``C = dy/dx``.
         """
         lib, n = self.library, self.sizes
         names = [p["name"] for p in self.manifest["problems"]]
@@ -235,7 +234,7 @@ class Compiled:
         )
         work = lib.structs["work"]()
         x_array = lib.array(shaped("x", x, (n["n_x_total"],)))
-        lam_array = lib.array(shaped("lam", lam, (n["n_lambda_total"],)))
+        R_array = lib.array(shaped("R", R, (n["n_rows_total"],)))
         u_array = self.rows("u", u, 1, n["n_u"])[0]
         status = lib.call["problem"](
             state,
@@ -246,25 +245,24 @@ class Compiled:
             number("h", h),
             names.index(name),
             lib.pointer(x_array),
-            lib.pointer(lam_array),
+            lib.pointer(R_array),
         )
         if status > SUCCESS:
             raise RunError(f"problem '{name}': {lib.status_texts[status]}")
         p = self.manifest["problems"][names.index(name)]
-        n_x, n_lam, tables = p["n_x"], p["n_slots"] * n["n_R"], p["tables"]
+        n_x, n_rows, tables = p["n_x"], p["n_slots"] * n["n_R"], p["tables"]
 
-        def take(field: str, *shape: int) -> np.ndarray:
-            count = math.prod(shape)
-            return np.array(getattr(work, field)[:count], dtype=float).reshape(shape)
+        def take(field: Any, count: int) -> np.ndarray:
+            return np.array(field[:count], dtype=float)
 
         return {
-            "r": take("r", n_x),
-            "y": take("y", n_lam),
-            "phi": take("phi", n_lam),
-            "prox_r": take("prox_r", n_lam),
+            "r": take(work.r, n_x),
+            "y": take(work.y, n_rows),
+            "phi": take(work.rows.phi, n_rows),
+            "prox_r": take(work.scales.prox_r, n_rows),
             "A": _matrix(work.K, tables, "K_start", "K_column", True, (n_x, n_x)),
-            "B": _matrix(work.B, tables, "B_start", "B_row", False, (n_lam, n_x)).T,
-            "C": _matrix(work.C, tables, "C_start", "C_column", False, (n_lam, n_x)),
+            "B": _matrix(work.B, tables, "B_start", "B_row", False, (n_rows, n_x)).T,
+            "C": _matrix(work.C, tables, "C_start", "C_column", False, (n_rows, n_x)),
         }
 
     # --- conversions -----------------------------------------------------------------------------

@@ -40,11 +40,11 @@ def violations(
 
     n = stepper.sizes
     if n["n_g"]:
-        rows, W = _row_names(stepper, "constraints"), at("W_g")
+        rows, W = _row_names(stepper, "g_blocks"), at("W_g")
         look(rows, at("g"), W, q, np.zeros(n["n_g"]), "the constraint g")
         look(rows, at("g_dot"), W, v, at("chi_g"), "its velocity g_dot")
     if n["n_gamma"]:
-        rows = _row_names(stepper, "velocity_constraints")
+        rows = _row_names(stepper, "gamma_blocks")
         look(rows, at("gamma"), at("W_gamma"), v, at("chi_gamma"), "the velocity constraint gamma")
     if n["n_N"]:
         rows = [c["name"] for c in stepper.manifest["contacts"] if c["normal"] >= 0]
@@ -152,18 +152,18 @@ def contradiction(
             if np.abs(change).max() <= 1e-13 * (1 + np.abs(q).max()):
                 break
         scale = np.abs(at("W_g", q)).T @ np.abs(q)
-        text = _left_over(_row_names(stepper, "constraints"), at("g", q), scale, "g", limits)
+        text = _left_over(_row_names(stepper, "g_blocks"), at("g", q), scale, "g", limits)
         if text:
             return f"{text} at t = {t:g} cannot be satisfied together near the state"
     rows, columns, names = [np.zeros(0)], [np.zeros((n["n_q"], 0))], []
     if n["n_g"]:
         rows.append(at("chi_g", q))
         columns.append(at("W_g", q))
-        names += _row_names(stepper, "constraints")
+        names += _row_names(stepper, "g_blocks")
     if n["n_gamma"]:
         rows.append(at("chi_gamma", q))
         columns.append(at("W_gamma", q))
-        names += _row_names(stepper, "velocity_constraints")
+        names += _row_names(stepper, "gamma_blocks")
     chi, W = np.concatenate(rows), np.hstack(columns)
     if not chi.size or not (np.all(np.isfinite(W)) and np.all(np.isfinite(chi))):
         return ""

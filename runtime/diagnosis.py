@@ -15,9 +15,9 @@ _ROWS = {
     "L_q": ("the derivative of the Lagrangian with respect to", "coordinates"),
     "f": ("the force on", "coordinates"),
     "WR": ("the constraint and contact forces on", "coordinates"),
-    "g": ("the constraint g of", "constraints"),
-    "g_dot": ("the velocity g_dot of", "constraints"),
-    "gamma": ("the velocity constraint gamma of", "velocity_constraints"),
+    "g": ("the constraint g of", "g_blocks"),
+    "g_dot": ("the velocity g_dot of", "g_blocks"),
+    "gamma": ("the velocity constraint gamma of", "gamma_blocks"),
     "g_N": ("the gap g_N of", "normal"),
     "g_N_dot": ("the normal velocity of", "normal"),
     "gamma_F": ("the slip velocity gamma_F of", "slip"),
@@ -26,8 +26,8 @@ _ROWS = {
     "mu": ("the friction coefficient mu of", "contacts"),
     "e_N": ("the restitution e_N of", "contacts"),
     "e_F": ("the restitution e_F of", "contacts"),
-    "chi_g": ("dg/dt of", "constraints"),
-    "chi_gamma": ("the part chi of", "velocity_constraints"),
+    "chi_g": ("dg/dt of", "g_blocks"),
+    "chi_gamma": ("the part chi of", "gamma_blocks"),
     "chi_N": ("dg_N/dt of", "normal"),
     "chi_F": ("the part chi of the slip velocity of", "slip"),
 }
@@ -45,7 +45,7 @@ def row_names(stepper: Compiled, kind: str | None) -> list[str]:
         return [""]
     if kind in ("coordinates", "velocities", "inputs"):
         return list(m[kind])
-    if kind in ("constraints", "velocity_constraints"):
+    if kind in ("g_blocks", "gamma_blocks"):
         return [name for name, count in m[kind] for _ in range(count)]
     contacts = m["contacts"]
     if kind == "normal":

@@ -61,8 +61,8 @@ def to_xarray(traj: Any) -> Any:
         for k in range(c["components"])
     ]
     rows = {
-        "g_row": _row_names(m["constraints"]),
-        "gamma_row": _row_names(m["velocity_constraints"]),
+        "g_row": _row_names(m["g_blocks"]),
+        "gamma_row": _row_names(m["gamma_blocks"]),
     }
     axes: dict[str, list[str]] = {
         "coordinate": m["coordinates"],

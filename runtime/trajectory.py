@@ -230,9 +230,9 @@ class Trajectory:
                 percussion = self[f"{contact}.P_{quantity[-1]}"]
                 return (percussion.T / self._spans).T
         for blocks, rows in (
-            (m["constraints"], {"P_g": "P_g", "g": "g", "g_dot": "g_dot", "force": "P_g"}),
+            (m["g_blocks"], {"P_g": "P_g", "g": "g", "g_dot": "g_dot", "force": "P_g"}),
             (
-                m["velocity_constraints"],
+                m["gamma_blocks"],
                 {"P_gamma": "P_gamma", "gamma": "gamma", "force": "P_gamma"},
             ),
         ):
@@ -266,9 +266,9 @@ class Trajectory:
             if c["components"]:
                 kinds += ["P_F", "force_F", "gamma_F"]
             names += [f"{c['name']}.{kind}" for kind in kinds]
-        for name, _ in m["constraints"]:
+        for name, _ in m["g_blocks"]:
             names += [f"{name}.{kind}" for kind in ("P_g", "force", "g", "g_dot")]
-        for name, _ in m["velocity_constraints"]:
+        for name, _ in m["gamma_blocks"]:
             names += [f"{name}.{kind}" for kind in ("P_gamma", "force", "gamma")]
         return names
 
@@ -357,12 +357,8 @@ class Trajectory:
                 "contact_states": m["contact_states"],
                 "counts": list(COUNTS),
                 "P": [
-                    *(f"{name}.P_g" for name, count in m["constraints"] for _ in range(count)),
-                    *(
-                        f"{name}.P_gamma"
-                        for name, count in m["velocity_constraints"]
-                        for _ in range(count)
-                    ),
+                    *(f"{name}.P_g" for name, count in m["g_blocks"] for _ in range(count)),
+                    *(f"{name}.P_gamma" for name, count in m["gamma_blocks"] for _ in range(count)),
                     *(f"{c['name']}.P_N" for c in m["contacts"] if c["normal"] >= 0),
                     *(f"{c['name']}.P_F" for c in m["contacts"] for _ in range(c["components"])),
                 ],

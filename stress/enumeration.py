@@ -126,7 +126,7 @@ class _Examination:
     def free_flight(self) -> tuple[np.ndarray, np.ndarray]:
         """The step without any contact percussion."""
         n, v = self.stepper.sizes, self.at["v"]
-        x, lam = np.tile(v, n["n_x_total"] // v.size), np.zeros(n["n_lambda_total"])
+        x, lam = np.tile(v, n["n_x_total"] // v.size), np.zeros(n["n_rows_total"])
         for name in ("position", "velocity"):
             kinds = np.full((self.places(name)[1], len(self.contacts)), OPEN)
             solved = self.newton(name, x, lam, kinds)

@@ -10,6 +10,7 @@ import subprocess
 from collections import defaultdict
 from pathlib import Path
 
+from signorini.codegen.c.build import runtime_file
 from signorini.codegen.c.emit import RUNTIME_END, TABLES_BEGIN
 
 MARKER = re.compile(r"^/\* ---- (sg_\w+\.[ch]) -+ \*/\n\n", re.MULTILINE)
@@ -20,7 +21,14 @@ Branches = dict[tuple[str, int, int], list[int]]
 
 def with_lines(source: str) -> str:
     """The stepper's text with every runtime file attributed to itself."""
-    text = MARKER.sub(lambda m: f'{m[0]}#line 1 "{m[1]}"\n', source)
+
+    def attributed(m: re.Match[str]) -> str:
+        # includes and what stands before them are left out of the stepper
+        head = re.match(r'(#pragma once\n|#include "sg_\w+\.[ch]"\n|\n)*', runtime_file(m[1]))
+        first = 1 + (head[0].count("\n") if head else 0)
+        return f'{m[0]}#line {first} "{m[1]}"\n'
+
+    text = MARKER.sub(attributed, source)
     for mark in (TABLES_BEGIN, RUNTIME_END):
         text = text.replace(mark, f'#line 1 "generated.c"\n{mark}')
     return text

@@ -175,16 +175,16 @@ _LEFT_OUT = r"""
 static ball_work w;
 /* Failures where percussions before and after are not those expected. */
 static int look(int problem, int exists, int active, ball_real expected) {
-    ball_real *lambda = &w.lambda[sg_problems[problem].lambda];
+    ball_real *R = &w.R[sg_problems[problem].R];
     int k, failed = 0;
-    w.exists[0] = exists;
-    w.active[0] = active;
-    for (k = 0; k < SG_NC; ++k) {
-        lambda[k] = 1.5;
+    w.found.exists[0] = exists;
+    w.found.active[0] = active;
+    for (k = 0; k < SG_N_R; ++k) {
+        R[k] = 1.5;
     }
     sg_leave_out(&w, problem);
-    for (k = 0; k < SG_NC; ++k) {
-        failed += lambda[k] != expected;
+    for (k = 0; k < SG_N_R; ++k) {
+        failed += R[k] != expected;
     }
     return failed;
 }

@@ -130,7 +130,7 @@ def rolling_start(q: list[float], omega: list[float]) -> np.ndarray:
 def test_steps_satisfy_the_equations(make: Callable[[], sg.Model], stages: int) -> None:
     """(47b), (47d), g, g_dot, gamma at auxiliary velocities found anew."""
     stepper = sg.build(make(), stages=stages)
-    assert stepper.manifest["velocity_form"] == "full_order"
+    assert stepper.manifest["velocity_constraints"] == "full_order"
     n, s, table = stepper.sizes, stages, lobatto(stages).arrays()
     h = 0.05
     u = np.random.default_rng(1).normal(size=(12, n["n_u"]))
@@ -263,12 +263,12 @@ def test_a_restart_needs_the_state_alone() -> None:
 def test_defaults_and_refusals() -> None:
     """Full order where it can be had; a named reason where not."""
     forms = {
-        make: sg.build(make(), stages=2).manifest["velocity_form"]
+        make: sg.build(make(), stages=2).manifest["velocity_constraints"]
         for make in (chaplygin_sleigh.model, slope.model, unconstrained)
     }
     assert list(forms.values()) == ["full_order", "paper", "paper"]
     asked = sg.build(chaplygin_sleigh.model(), stages=2, velocity_constraints="paper")
-    assert asked.manifest["velocity_form"] == "paper"
+    assert asked.manifest["velocity_constraints"] == "paper"
     with pytest.raises(GenerationError, match=r"'bouncing_ball'.*it has contacts"):
         sg.build(bouncing_ball.model(), velocity_constraints="full_order")
     with pytest.raises(GenerationError, match="no velocity constraints"):

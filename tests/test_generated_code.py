@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.codegen.c.build import emit_spec, runtime_source
+from signorini.codegen.c.build import emit_spec, runtime_order, runtime_source
 from signorini.codegen.c.emit import (
     RUNTIME_BEGIN,
     RUNTIME_END,
@@ -197,7 +197,7 @@ def test_runtime_stands_verbatim_in_the_output() -> None:
     text = render(emit_spec(freeze(slope.model())))["slope.c"]
     types, tables_and_rest = text.split(RUNTIME_BEGIN)[1].split(RUNTIME_END)[0].split(TABLES_BEGIN)
     rest = tables_and_rest.split(TABLES_END)[1]
-    assert f"{types.strip()}\n\n{rest.strip()}" == runtime_source().strip()
+    assert f"{types.strip()}\n\n{rest.strip()}" == runtime_source(runtime_order()).strip()
 
 
 def _generated_part(files: dict[str, str]) -> dict[str, str]:

@@ -105,7 +105,7 @@ def test_forces_and_keys(stepper: Build) -> None:
     compiled = stepper(slider_crank.model, 2)
     traj = compiled.simulate(t_end=0.01, dt=1e-4, every=7)
     span = np.diff(traj.t)[:, None]
-    joint = compiled.manifest["constraints"][0][0]
+    joint = compiled.manifest["g_blocks"][0][0]
     assert traj[f"{joint}.force"][1:] == pytest.approx(traj[f"{joint}.P_g"][1:] / span, rel=1e-15)
     names = traj.keys()
     for name in names:

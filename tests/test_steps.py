@@ -93,7 +93,7 @@ def test_jacobians_are_derivatives_of_the_residuals(
     t, q, v = compiled.initial_state()
     q, v = q + 0.05 * rng.normal(size=q.size), v + 0.3 * rng.normal(size=v.size)
     x = np.tile(v, n["n_x_total"] // n["n_q"]) + 0.2 * rng.normal(size=n["n_x_total"])
-    lam = 0.3 * rng.normal(size=n["n_lambda_total"])
+    lam = 0.3 * rng.normal(size=n["n_rows_total"])
     u = rng.normal(size=n["n_u"])
     spec = next(p for p in compiled.manifest["problems"] if p["name"] == problem)
 
@@ -112,7 +112,7 @@ def test_jacobians_are_derivatives_of_the_residuals(
             np.testing.assert_allclose(here[matrix][:, k], slope, atol=2e-8 * scale)
     for k in range(here["B"].shape[1]):
         e = np.zeros_like(lam)
-        e[spec["lambda"] + k] = 1.0
+        e[spec["R"] + k] = 1.0
         slope = at(x, lam + e)["r"] - here["r"]  # the percussions enter linearly
         np.testing.assert_allclose(here["B"][:, k], slope, atol=1e-11 * (1 + np.abs(slope).max()))
 

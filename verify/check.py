@@ -53,7 +53,9 @@ def reference_of(model: Model, stepper: Stepper, high: bool = False) -> Referenc
     """The reference of the scheme and form that a stepper has."""
     m = stepper.manifest
     option = m["scheme"].partition("=")[2]
-    return find(m["scheme"], m["velocity_form"])(model, stepper.stages, high=high, option=option)
+    return find(m["scheme"], m["velocity_constraints"])(
+        model, stepper.stages, high=high, option=option
+    )
 
 
 def _worst(error: np.ndarray, size: np.ndarray) -> float:
@@ -228,8 +230,8 @@ class Checker:
             masses = plain.effective_masses((t, q, v, u, par))
             x = np.tile(v, blocks) + 0.2 * rng.normal(size=n["n_x_total"])
             # percussions as large as momenta: in other units forces would drown
-            lam = 0.3 * rng.normal(size=n["n_lambda_total"])
-            lam *= np.tile(masses, n["n_lambda_total"] // max(n["n_R"], 1)) if n["n_R"] else 1
+            lam = 0.3 * rng.normal(size=n["n_rows_total"])
+            lam *= np.tile(masses, n["n_rows_total"] // max(n["n_R"], 1)) if n["n_R"] else 1
             x, lam = (y.astype(rounded).astype(float) for y in (x, lam))
             at = [np.atleast_1d(y) for y in (t, q, v, u, x, lam)]
             for problem in reference.problems:

@@ -18,6 +18,7 @@ from signorini.codegen.c.layout import (
     structs,
 )
 from signorini.codegen.c.manifest import manifest_hash
+from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.spec import ContactRow, EmitSpec, ProblemSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
@@ -29,37 +30,43 @@ from signorini.codegen.frontend.names import FILES, HEADERS
 from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
 from signorini.version import __version__
 
-RUNTIME_FILES = (
-    "sg_real.h",
-    "sg_linalg.c",
-    "sg_sparse.c",
-    "sg_prox.c",
-    "sg_cell.c",
-    "sg_types.h",
-    "sg_calls.h",
-    "sg_scale.c",
-    "sg_smooth.c",
-    "sg_newton.c",
-    "sg_path.c",
-    "sg_central.c",
-    "sg_least.c",
-    "sg_check.c",
-    "sg_solve.c",
-    "sg_step.c",
-    "sg_simulate.c",
-    "sg_stable.c",
-)
+# What a stepper is made of; each file names those that it needs by #include.
+RUNTIME = ("sg_simulate.c", "sg_stable.c", "sg_cell.c")
+# The model's tables stand behind this file, which declares what they are made of.
+CONTRACT = "sg_contract.h"
+# Printed into the header, with the sizes of the model.
+SCRATCH = "sg_work.h"
 
-_TYPES = RUNTIME_FILES.index("sg_types.h") + 1  # the model's tables stand behind these
+_INCLUDE = re.compile(r'#include "(sg_\w+\.[ch])"\n')
 
 
-def runtime_source(names: tuple[str, ...] = RUNTIME_FILES) -> str:
-    """The plain C files of the runtime, in the order in which they stand in the output."""
-    folder = resources.files("signorini.runtime") / "c"
+def runtime_file(name: str) -> str:
+    """The text of one file of the runtime."""
+    return (resources.files("signorini.runtime") / "c" / name).read_text(encoding="utf-8")
+
+
+def runtime_order(names: tuple[str, ...] = RUNTIME) -> tuple[str, ...]:
+    """The files and all that they include, each behind what it includes."""
+    order: list[str] = []
+
+    def add(name: str) -> None:
+        if name not in order:
+            for other in _INCLUDE.findall(runtime_file(name)):
+                add(other)
+            order.append(name)
+
+    for name in names:
+        add(name)
+    return tuple(order)
+
+
+def runtime_source(names: tuple[str, ...]) -> str:
+    """Plain C files of the runtime as one text, without what includes one from another."""
     parts = []
     for name in names:
-        text = (folder / name).read_text(encoding="utf-8")
-        parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text.rstrip()}\n")
+        text = _INCLUDE.sub("", runtime_file(name).replace("#pragma once\n", "")).strip()
+        if name != SCRATCH:
+            parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text}\n")
     return "\n".join(parts)
 
 
@@ -176,7 +183,8 @@ class _Builder:
         self.precision = precision
         self.writer = FunctionWriter(d, prefix, precision, plan.memory)
         self.sizes = sizes(data, plan)
-        self.structs = structs(data, plan, self.sizes)
+        own = scratch(runtime_file(SCRATCH), self.sizes)
+        self.structs = structs(data, plan, self.sizes, own)
         self.helpers: list[CFunction] = []
         self.known_points = {s.name for s in self.structs}
 
@@ -214,7 +222,8 @@ class _Builder:
             for name, arguments in PUBLIC
             if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
-        runtime = runtime_source()
+        files = runtime_order()
+        behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
         spec = EmitSpec(
@@ -262,9 +271,9 @@ class _Builder:
             problems=problems,
             finish=finish,
             record=record,
-            types=runtime_source(RUNTIME_FILES[:_TYPES]),
-            runtime=runtime_source(RUNTIME_FILES[_TYPES:]),
-            runtime_hash=hashlib.sha256(runtime.encode()).hexdigest(),
+            types=runtime_source(files[:behind]),
+            runtime=runtime_source(files[behind:]),
+            runtime_hash=hashlib.sha256("".join(map(runtime_file, files)).encode()).hexdigest(),
             model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
             example_h=number(data.dt),
@@ -301,7 +310,7 @@ class _Builder:
 
     def problems(self) -> tuple[ProblemSpec, ...]:
         specs = []
-        x = lam = row = 0
+        x = R = row = 0
         at = sum(len(values) for _, values in _mass_tables(self.plan.inertia))
         for p in self.plan.problems:
             elimination = self.elimination(p)
@@ -312,7 +321,7 @@ class _Builder:
                     n_x=p.n_x,
                     n_slots=p.n_slots,
                     x=x,
-                    lam=lam,
+                    R=R,
                     response_row=row,
                     gap_slots=p.gap_slots,
                     last_rows=(
@@ -332,7 +341,7 @@ class _Builder:
                 )
             )
             x += p.n_x
-            lam += p.n_slots * self.sizes.n_R
+            R += p.n_slots * self.sizes.n_R
             row += p.n_slots
             at += sum(len(values) for _, values in _tables(p.jacobian))
         return tuple(specs)

@@ -69,12 +69,11 @@ class Sizes:
     n_bounds: int
     n_R: int
     n_x: int
-    n_lambda: int
+    n_rows: int
     n_x_total: int
-    n_lambda_total: int
+    n_rows_total: int
     n_problems: int
-    stages: int
-    n_scratch: int
+    n_stages: int
     n_mass: int
     n_direction: int
     n_border: int
@@ -82,6 +81,11 @@ class Sizes:
     n_B: int
     n_C: int
     n_C_radius: int
+    n_axes: int
+    n_factors: int
+    n_radii_total: int
+    n_central: int
+    n_central_x: int
     n_outputs: int
     n_terms: int
     n_key: int
@@ -92,7 +96,10 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
     """Collect the sizes of a model under a scheme."""
     n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
     n_x = max(p.n_x for p in scheme.problems)
-    n_lambda = max(p.n_slots for p in scheme.problems) * n_R
+    n_rows = max(p.n_slots for p in scheme.problems) * n_R
+    n_K = max(p.jacobian.K.size for p in scheme.problems)
+    n_bounds = sum(c.g_N is None for c in data.contacts)
+    spatial = any(c.n_F == 2 for c in data.contacts)
     return Sizes(
         n_q=data.n_q,
         n_u=len(data.inputs),
@@ -102,31 +109,37 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_N=data.n_N,
         n_F=data.n_F,
         n_contacts=len(data.contacts),
-        n_bounds=sum(c.g_N is None for c in data.contacts),
+        n_bounds=n_bounds,
         n_R=n_R,
         n_x=n_x,
-        n_lambda=n_lambda,
+        n_rows=n_rows,
         n_x_total=sum(p.n_x for p in scheme.problems),
-        n_lambda_total=sum(p.n_slots for p in scheme.problems) * n_R,
+        n_rows_total=sum(p.n_slots for p in scheme.problems) * n_R,
         n_problems=len(scheme.problems),
-        stages=scheme.stages,
-        n_scratch=max(*(len(p.jacobian.order) for p in scheme.problems), n_lambda, data.n_q),
+        n_stages=scheme.stages,
         n_mass=scheme.inertia.mass.size,
         n_direction=scheme.inertia.direction.size,
         n_border=max(len(p.jacobian.order) for p in scheme.problems),
-        n_K=max(p.jacobian.K.size for p in scheme.problems),
+        n_K=n_K,
         n_B=max(p.jacobian.B.size for p in scheme.problems),
         n_C=max(p.jacobian.C.size for p in scheme.problems),
         n_C_radius=max(p.jacobian.radius.size for p in scheme.problems),
+        n_axes=0,
+        n_factors=max(n_K, scheme.inertia.mass.size),
+        n_radii_total=sum(p.n_slots for p in scheme.problems) * n_bounds,
+        n_central=n_rows if spatial else 0,
+        n_central_x=n_x if spatial else 0,
         n_outputs=len(data.outputs),
         n_terms=scheme.terms.values.numel(),
         n_key=scheme.terms.key.numel() if scheme.recalls else 0,
-        spatial=any(c.n_F == 2 for c in data.contacts),
+        spatial=spatial,
     )
 
 
-def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
-    """All structs, in the order in which C must see them."""
+def structs(
+    data: ModelData, scheme: Scheme, n: Sizes, scratch: tuple[Struct, ...]
+) -> tuple[Struct, ...]:
+    """All structs, in the order in which C must see them; `scratch` are those of the runtime."""
     params = tuple(
         Field(
             p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x)
@@ -156,9 +169,9 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         Field("x", "real", (n.n_x_total,), "stage and end velocities of the last step"),
         Field("x_1", "real", (n.n_x_total,), "their first backward difference"),
         Field("x_2", "real", (n.n_x_total,), "their second backward difference"),
-        Field("lambda", "real", (n.n_lambda_total,), "percussions of the last step"),
-        Field("lambda_1", "real", (n.n_lambda_total,), "their first backward difference"),
-        Field("lambda_2", "real", (n.n_lambda_total,), "their second backward difference"),
+        Field("R", "real", (n.n_rows_total,), "percussions of the last step"),
+        Field("R_1", "real", (n.n_rows_total,), "their first backward difference"),
+        Field("R_2", "real", (n.n_rows_total,), "their second backward difference"),
         Field("closed", "int", (n.n_contacts,), "contacts closed at the end of the last step"),
         Field(
             "contact", "int", (n.n_contacts,), "states of the contacts: OPEN, CLOSED, STICK, ..."
@@ -253,7 +266,12 @@ def structs(data: ModelData, scheme: Scheme, n: Sizes) -> tuple[Struct, ...]:
         ),
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),
-        Struct("work", "Scratch of one step; nothing survives in it.", _work(scheme, n, points)),
+        *scratch,
+        Struct(
+            "work",
+            "Scratch of one step; nothing survives in it.",
+            _work(scheme, n, points, scratch),
+        ),
     )
 
 
@@ -264,20 +282,21 @@ def _terms(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
         return (Field("terms", "real", (n.n_terms,), "terms of (t, q) at the middle"),)
     return (
         Field("key", "real", (n.n_key,), "values of t, q and parameters that terms depend on"),
-        Field("terms", "real", (n.stages - 1, n.n_terms), "terms of (t, q), the later stages"),
+        Field("terms", "real", (n.n_stages - 1, n.n_terms), "terms of (t, q), the later stages"),
     )
 
 
-def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, ...]:
+def _work(
+    scheme: Scheme, n: Sizes, points: tuple[Struct, ...], scratch: tuple[Struct, ...]
+) -> tuple[Field, ...]:
     known = {p.name for p in points}
     places = tuple(
         Field(place, point, (count,) if count else ())
         for point, place, count in scheme.places
         if point in known
     )
-    bound_rows = max(p.n_slots for p in scheme.problems) * n.n_bounds
-    bounds = sum(p.n_slots for p in scheme.problems) * n.n_bounds
-    fields = (
+    rows = max(p.n_slots for p in scheme.problems)
+    return (
         Field("trial", "state", (), "state at the start of the (sub)step"),
         Field("t", "real", (), "start of the (sub)step"),
         Field("h", "real", (), "its size"),
@@ -295,94 +314,24 @@ def _work(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Field, 
         Field("e_N", "real", (n.n_contacts,), "normal restitution"),
         Field("e_F", "real", (n.n_contacts,), "tangential restitution"),
         Field("guard", "real", (n.n_contacts,), "guards"),
-        Field("exists", "int", (n.n_contacts,), "guard >= 0 at the start"),
-        Field("active", "int", (n.n_contacts,), "closed at the end, (67)"),
-        Field("states", "int", (n.n_problems,), "contact states of the solutions, in one number"),
-        Field("choice", "int", (n.n_problems,), "how their percussions were chosen"),
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),
         *places,
-        Field("Q", "real", (n.stages, n.n_q), "positions at the stages"),
+        Field("Q", "real", (n.n_stages, n.n_q), "positions at the stages"),
         Field("q_end", "real", (n.n_q,), "q_{n+1}"),
         Field("v_end", "real", (n.n_q,), "v_{n+1}"),
         Field("P", "real", (n.n_R,), "percussions of the (sub)step"),
-        Field("R", "real", (n.stages, n.n_R), "percussions of the stages, at full order"),
+        Field("R_stage", "real", (n.n_stages, n.n_R), "percussions of the stages, at full order"),
         Field("x", "real", (n.n_x_total,), "unknown velocities of all problems"),
-        Field("lambda", "real", (n.n_lambda_total,), "unknown percussions of all problems"),
+        Field("R", "real", (n.n_rows_total,), "unknown percussions of all problems"),
         Field("r", "real", (n.n_x,), "smooth rows"),
-        Field("y", "real", (n.n_lambda,), "kinematic rows"),
-        Field("radius", "real", (bound_rows,), "radii of friction elements"),
+        Field("y", "real", (n.n_rows,), "kinematic rows"),
+        Field("radius", "real", (rows * n.n_bounds,), "given radii of friction"),
         Field(
             "K", "real", (n.n_K,), "dr/dx, bordered by bilateral rows, as its factors are stored"
         ),
-        Field("B", "real", (n.n_B,), "dr/dlambda by columns"),
+        Field("B", "real", (n.n_B,), "dr/dR by columns"),
         Field("C", "real", (n.n_C,), "dy/dx by rows"),
         Field("C_radius", "real", (n.n_C_radius,), "d(radius)/dx by rows"),
-        Field("r_found", "real", (n.n_x_total,), "smooth rows at the solutions"),
-        Field("y_found", "real", (n.n_lambda_total,), "kinematic rows at the solutions"),
-        Field("radius_found", "real", (bounds,), "radii of friction elements at the solutions"),
-        Field("factors", "real", (max(n.n_K, n.n_mass),), "L and U of K, diagonal inverted"),
-        Field("full", "real", (n.n_x, n.n_x), "factors of dr/dx where rows must be exchanged"),
-        Field("exchanged", "int", (), "whether the factors stand in full"),
-        Field("careful", "int", (), "whether rows are exchanged in any case"),
-        Field("lean", "int", (), "whether followers and bilateral rows may be eliminated, too"),
-        Field(
-            "lenient", "int", (), "whether the nearest point may be as far as the checker may let"
-        ),
-        Field("stuck", "int", (), "problem that was not solved, -1: none"),
-        Field("at_rest", "int", (), "whether velocities are expected to stay as they are"),
-        Field("bordered", "int", (), "whether the bilateral rows are eliminated, too"),
-        Field("follower", "int", (n.n_lambda,), "friction row eliminated with this one, or -1"),
-        Field("phi", "real", (n.n_lambda,), "residual of the percussion rows"),
-        Field("kind", "int", (n.n_lambda,), "contact state of each percussion row"),
-        Field("slip", "real", (n.n_lambda,), "direction of slip"),
-        Field("ratio", "real", (n.n_lambda,), "radius over size of the prox argument"),
-        Field("prox_r", "real", (n.n_lambda,), "prox parameter in use"),
-        Field("r_auto", "real", (n.n_lambda,), "inverse response of each row"),
-        Field("phi_floor", "real", (n.n_lambda,), "round-off of phi"),
-        Field("phi_inverse", "real", (n.n_lambda,), "inverse of the tolerance of phi"),
-        Field("rounding", "real", (n.n_lambda,), "the same if all gaps are closed to round-off"),
-        Field("inertia", "real", (n.n_q,), "diagonal of the mass matrix"),
-        Field("root_inertia", "real", (n.n_q,), "its square root relative to the first"),
-        Field("momentum", "real", (n.n_q,), "larger of |p| and h force_size at the start"),
-        Field("formed", "int", (), "whether the scales were formed in this step"),
-        Field("floored", "int", (), "1 + problem for which rounding floors were formed"),
-        Field("fastest", "real", (n.n_q,), "largest velocity of the iterate then"),
-        Field("pace", "real", (n.n_q,), "speed of each coordinate in the step"),
-        Field("momentum_scale", "real", (n.n_q,), "scale of the momentum rows"),
-        Field("momentum_inverse", "real", (n.n_q,), "its inverse"),
-        Field("m_eff", "real", (n.n_R,), "effective mass of each direction"),
-        Field("reach", "real", (n.n_R,), "size of the terms of each gap at the start"),
-        Field("speed", "real", (n.n_R,), "speed of each direction"),
-        Field("gap_floor", "real", (n.n_R,), "round-off of each gap"),
-        Field("percussion_scale", "real", (n.n_R,), "m_eff times speed"),
-        Field("dx", "real", (n.n_border,), "Newton direction, in elimination order"),
-        Field("dlambda", "real", (n.n_lambda,), "Newton direction"),
-        Field("x_old", "real", (n.n_x,)),
-        Field("lambda_old", "real", (n.n_lambda,)),
-        Field("x_best", "real", (n.n_x,), "nearest point of an iteration"),
-        Field("lambda_best", "real", (n.n_lambda,), "nearest point of an iteration"),
-        Field("directions", "int", (), "what is left of the directions of a central path"),
-        Field("x_kept", "real", (n.n_x if n.spatial else 0,), "end of a central path"),
-        Field("lambda_kept", "real", (n.n_lambda if n.spatial else 0,), "end of a central path"),
-        Field("Z", "real", (n.n_lambda, n.n_border), "K^-1 B by columns"),
-        Field("scratch", "real", (n.n_scratch,)),
-        Field("S", "real", (n.n_lambda, n.n_lambda), "percussion system by columns"),
-        Field("cell", "real", (n.n_lambda, n.n_lambda), "percussion system of a rescue"),
-        Field("rhs", "real", (n.n_lambda,)),
-        Field("least", "real", (n.n_lambda,), "percussions of least norm, cones left aside"),
-        Field("within", "real", (n.n_lambda,), "their projection into the cones"),
-        Field("correction", "real", (n.n_lambda,), "what the projections left out so far"),
-        Field("solution", "real", (n.n_lambda,)),
-        Field("root_scale", "real", (n.n_lambda,), "scales of the reduced percussions"),
-        Field("inverse_scale", "real", (n.n_lambda,), "their inverses"),
-        Field("tau", "real", (n.n_lambda,)),
-        Field("tau_z", "real", (n.n_lambda,)),
-        Field("pivot_scale", "real", (n.n_border,), "scales of pivots or rows"),
-        Field("pivot", "int", (n.n_x,)),
-        Field("perm", "int", (n.n_lambda,)),
-        Field("reduced", "int", (n.n_lambda,), "rows that are not zero"),
-        Field("deficiency", "int", (), "dependent rows in the last direction"),
+        *(Field(s.name, s.name, (), s.doc) for s in scratch),
     )
-    # Indices in front: an analysis that is unsure of the end of an array of numbers keeps them.
-    return tuple(sorted(fields, key=lambda field: field.type != "int"))

@@ -29,7 +29,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "prefix": spec.prefix,
         "scheme": spec.scheme,
         "stages": spec.stages,
-        "velocity_form": spec.velocity_constraints,
+        "velocity_constraints": spec.velocity_constraints,
         "precision": spec.precision.name,
         "explicit_time": spec.explicit_time,
         "stable_phase": spec.stable_phase,
@@ -39,8 +39,8 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "velocities": list(spec.velocities),
         "inputs": list(spec.inputs),
         "parameters": [asdict(p) for p in spec.parameters],
-        "constraints": [list(b) for b in spec.g_blocks],
-        "velocity_constraints": [list(b) for b in spec.gamma_blocks],
+        "g_blocks": [list(b) for b in spec.g_blocks],
+        "gamma_blocks": [list(b) for b in spec.gamma_blocks],
         "contacts": [asdict(c) for c in spec.contacts],
         "outputs": list(spec.outputs),
         "statuses": [list(s) for s in spec.statuses],
@@ -57,7 +57,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
                 "n_x": p.n_x,
                 "n_slots": p.n_slots,
                 "x": p.x,
-                "lambda": p.lam,
+                "R": p.R,
                 "tables": {name: list(values) for name, values in p.tables},
             }
             for p in spec.problems

@@ -1,7 +1,7 @@
 """The one frozen object that templates and the manifest are made from."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from signorini.codegen.c.elimination import Elimination
 from signorini.codegen.c.footprint import (
@@ -25,10 +25,8 @@ from signorini.codegen.c.tables import CTable
 from signorini.codegen.frontend.model_data import Parameter
 
 _TEMPLATE_MACROS = (
-    *("SG", "SG_K", "SG_FLOAT", "SG_NQ", "SG_NU", "SG_NG", "SG_NGAMMA", "SG_NN", "SG_NF", "SG_NC"),
-    *("SG_NK", "SG_NB", "SG_SPATIAL", "SG_DIRECTIONS", "SG_STAGES", "SG_NX_TOTAL", "SG_NL_TOTAL"),
-    *("SG_PROBLEMS", "SG_TERMS", "SG_KEY", "SG_STABLE", "SG_STABLE_PHASE", "SG_MOBILITY"),
-    "SG_TABULATED",
+    *("SG", "SG_K", "SG_FLOAT", "SG_SPATIAL", "SG_STABLE", "SG_STABLE_PHASE"),
+    *("SG_DIRECTIONS", "SG_MOBILITY", "SG_TABULATED"),
 )
 
 
@@ -62,7 +60,7 @@ class ProblemSpec:
     n_x: int
     n_slots: int
     x: int
-    lam: int
+    R: int
     response_row: int
     gap_slots: int
     last_rows: int
@@ -176,10 +174,18 @@ class EmitSpec:
         return tuple((what, _spelled(names)) for what, names in groups if names)
 
     @property
+    def size_macros(self) -> tuple[tuple[str, int], ...]:
+        """Sizes that the runtime asks for, by the names that they have there."""
+        names = re.findall(r"\bSG_N_\w+", self.types + self.runtime)
+        sizes = {f"SG_{name.upper()}": size for name, size in asdict(self.sizes).items()}
+        return tuple((name, size) for name, size in sizes.items() if name in names)
+
+    @property
     def own_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Macros, and other names, that every generated C file has; for two in one unit."""
         text = self.types + self.runtime
         macros = set(re.findall(r"#define (\w+)", text)) | set(_TEMPLATE_MACROS)
+        macros |= {name for name, _ in self.size_macros}
         words = set(re.findall(r"\b(?:sg|SG)_\w+", re.sub(r"/\*.*?\*/", " ", text, flags=re.S)))
         words |= {"sg_table", "sg_index", "real"}
         return tuple(sorted(macros)), tuple(sorted(words - macros))

@@ -63,8 +63,8 @@ class _FullOrder(Lobatto):
         self.x = self.memory.column("x", s * n, n)
         self.U = self.memory.column("x", (s - 1) * n, n + s * n)
         self.v_end = self.U[(s - 2) * n :]
-        self.lam = self.memory.column("lambda", s * n_R, n_R)
-        self.start_percussion = self.memory.column("lambda", self.n_gamma, self.n_g)
+        self.percussions = self.memory.column("R", s * n_R, n_R)
+        self.start_percussion = self.memory.column("R", self.n_gamma, self.n_g)
         self.auxiliary, self.auxiliary_jacobian = share(self.memory, *self.others)
         self.forces = Point(
             "forces",
@@ -86,24 +86,28 @@ class _FullOrder(Lobatto):
 
     def R_g(self, i: int) -> ca.SX:
         """R_g^{i+1}: slot i."""
-        return self.lam[i * self.n_R : i * self.n_R + self.n_g]
+        return self.percussions[i * self.n_R : i * self.n_R + self.n_g]
 
     def R_gamma(self, i: int) -> ca.SX:
         """R_gamma^{i+1}: that of problem 0 for the first stage, slot i - 1 for the others."""
         if i == 0:
             return self.start_percussion
         first = (i - 1) * self.n_R + self.n_g
-        return self.lam[first : first + self.n_gamma]
+        return self.percussions[first : first + self.n_gamma]
 
     def stage_percussions(self) -> Assembly:
         rows = [x for i in range(self.s) for x in (self.R_g(i), self.R_gamma(i))]
         return Assembly(
             "stage_percussions",
-            (dense("R", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h lambda_n  (T3)"),),
+            (
+                dense(
+                    "R_stage", ca.vertcat(*rows), "R_g^i, R_gamma^i; R_gamma^1 = h lambda_n  (T3)"
+                ),
+            ),
         )
 
     def percussions_of(self, i: int) -> Ref:
-        return Ref("R", i * self.n_R)
+        return Ref("R_stage", i * self.n_R)
 
     def auxiliary_calls(self, point: Point) -> tuple[Evaluate, ...]:
         calls = []
@@ -215,7 +219,7 @@ class _FullOrder(Lobatto):
     def opening_values(self) -> Assembly:
         M = self.end_jacobian.at(self.memory, Place("start_jacobian"), "p_v")
         W = self._start_directions()
-        dv, P = self.memory.column("x", self.n), self.memory.column("lambda", self.n_R)
+        dv, P = self.memory.column("x", self.n), self.memory.column("R", self.n_R)
         forces = {n: self.forces.at(self.memory, Place("forces"), n) for n in self.forces.fields}
         rate = ca.vertcat(forces["g_rate"], forces["gamma_rate"])
         r = M @ dv - self.h * forces["force"] - W @ P
@@ -342,7 +346,7 @@ class _FullOrder(Lobatto):
                 dense("stage_t", ca.vertcat(*t), "t^i = t_n + c_i h", CALLER),
                 dense("stage_q", self.memory.column("Q", self.s * self.n), "Q^i", CALLER),
                 dense("stage_v", self.x, "V^i", CALLER),
-                dense("stage_R", self.memory.column("R", self.s * self.n_R), "R^i", CALLER),
+                dense("stage_R", self.memory.column("R_stage", self.s * self.n_R), "R^i", CALLER),
             ),
         )
 

@@ -69,8 +69,8 @@ class Lobatto:
         self.end, self.end_jacobian = share(self.memory, end, end_jacobian)
         self.first_x = 0
         self.h = self.memory.number("h")
-        self.lam = self.memory.column("lambda", (s - 1) * self.n_R)
-        self.delta_P = self.memory.column("lambda", self.n_R, (s - 1) * self.n_R)
+        self.percussions = self.memory.column("R", (s - 1) * self.n_R)
+        self.delta_P = self.memory.column("R", self.n_R, (s - 1) * self.n_R)
         self.x = self.memory.column("x", s * self.n)
         self.v_end = self.memory.column("x", self.n, s * self.n)
         self.p_n = self.end.at(self.memory, Place("start"), "p")
@@ -119,11 +119,11 @@ class Lobatto:
         return self.stage_jacobian.at(self.memory, Place("stage_jacobian", i), name)
 
     def R(self, i: int) -> ca.SX:
-        return self.lam[i * self.n_R : (i + 1) * self.n_R]
+        return self.percussions[i * self.n_R : (i + 1) * self.n_R]
 
     def percussions_of(self, i: int) -> Ref:
         """The percussions of a stage; those of the last never enter the stages."""
-        return Ref("lambda", i * self.n_R) if i < self.s - 1 else Ref("no_R")
+        return Ref("R", i * self.n_R) if i < self.s - 1 else Ref("no_R")
 
     def stage_momenta(self) -> list[ca.SX]:
         """Rows (47b), stage by stage."""
@@ -432,7 +432,7 @@ class Lobatto:
                 dense("stage_v", self.x, "V^i", CALLER),
                 dense(
                     "stage_R",
-                    ca.vertcat(ca.SX(0, 1), self.lam, last / self.b(self.s - 1)),
+                    ca.vertcat(ca.SX(0, 1), self.percussions, last / self.b(self.s - 1)),
                     "R^i, the last from Delta P = sum_j b_j R^j",
                     CALLER,
                 ),

@@ -171,7 +171,7 @@ class AtMiddle:
         self.known = {name: opening.at(memory, Place("opening"), name) for name in opening.fields}
         self.W = ca.horzcat(*(self._finish[name] for name in _DIRECTIONS))
         self.mass = end_jacobian.at(memory, Place("end_jacobian"), "p_v")
-        self.P = memory.column("lambda", self.n_R)
+        self.P = memory.column("R", self.n_R)
         self.v_end = memory.column("x", n)
         self.q_n, self.v_n = memory.column("q", n), memory.column("v", n)
         self.change = self._finish["p"] - begin["p"]

@@ -5,17 +5,23 @@
  */
 #undef SG
 #undef SG_BAND
+#undef SG_BLURRED
 #undef SG_C
 #undef SG_CENTRAL_BEGIN
+#undef SG_CENTRAL_CLOSE
 #undef SG_CENTRAL_CORRECT
 #undef SG_CENTRAL_END
+#undef SG_CENTRAL_FALL
 #undef SG_CENTRAL_FAR
 #undef SG_CENTRAL_NEAR
 #undef SG_CENTRAL_SHORT
 #undef SG_CENTRAL_START
 #undef SG_CENTRAL_TURNS
 #undef SG_CHECK
+#undef SG_CHECK_FLOORS
 #undef SG_CHECK_MOST
+#undef SG_CLEARLY
+#undef SG_DESCENT
 #undef SG_DIRECTIONS
 #undef SG_EPS
 #undef SG_FABS
@@ -26,41 +32,44 @@
 #undef SG_HELD
 #undef SG_HOLDING
 #undef SG_HUGE
+#undef SG_INSIDE
 #undef SG_K
-#undef SG_KEY
 #undef SG_LANDING
 #undef SG_LAST_TURNS
+#undef SG_LEAST_SHARE
 #undef SG_MOBILITY
 #undef SG_NAN
-#undef SG_NB
-#undef SG_NC
-#undef SG_NF
-#undef SG_NG
-#undef SG_NGAMMA
-#undef SG_NK
-#undef SG_NL_TOTAL
-#undef SG_NN
-#undef SG_NQ
-#undef SG_NU
-#undef SG_NX_TOTAL
+#undef SG_N_AXES
+#undef SG_N_BOUNDS
+#undef SG_N_CONTACTS
+#undef SG_N_G
+#undef SG_N_GAMMA
+#undef SG_N_KEY
+#undef SG_N_N
+#undef SG_N_PROBLEMS
+#undef SG_N_Q
+#undef SG_N_R
+#undef SG_N_ROWS_TOTAL
+#undef SG_N_STAGES
+#undef SG_N_TERMS
+#undef SG_N_U
+#undef SG_N_X_TOTAL
 #undef SG_PLAIN
 #undef SG_POWER_CHANGE
 #undef SG_POWER_ROUNDS
-#undef SG_PROBLEMS
 #undef SG_RANK
-#undef SG_ROWS
+#undef SG_ROWS_OF_SLOT
+#undef SG_SEARCHES
 #undef SG_SMALL
 #undef SG_SOFTNESS
 #undef SG_SPATIAL
 #undef SG_SQRT
 #undef SG_STABLE
 #undef SG_STABLE_PHASE
-#undef SG_STAGES
 #undef SG_STAGNATION
 #undef SG_SUBSTEP_TURNS
 #undef SG_SWEEPS
 #undef SG_TABULATED
-#undef SG_TERMS
 #undef SG_TINY
 #undef SG_TOLERANCE
 #undef SG_TOLERANCE_MOST
@@ -73,6 +82,8 @@
 #define SG_AS_FOUND slope_own_SG_AS_FOUND
 #undef SG_ATTEMPTS
 #define SG_ATTEMPTS slope_own_SG_ATTEMPTS
+#undef SG_AT_REST
+#define SG_AT_REST slope_own_SG_AT_REST
 #undef SG_CENTRAL_PATH
 #define SG_CENTRAL_PATH slope_own_SG_CENTRAL_PATH
 #undef SG_CLOSES
@@ -81,6 +92,8 @@
 #define SG_COLD slope_own_SG_COLD
 #undef SG_COLD_START
 #define SG_COLD_START slope_own_SG_COLD_START
+#undef SG_FIRST_ATTEMPT
+#define SG_FIRST_ATTEMPT slope_own_SG_FIRST_ATTEMPT
 #undef SG_FOLLOW
 #define SG_FOLLOW slope_own_SG_FOLLOW
 #undef SG_FOLLOW_CENTRAL
@@ -89,6 +102,10 @@
 #define SG_FOLLOW_ON slope_own_SG_FOLLOW_ON
 #undef SG_HOLD
 #define SG_HOLD slope_own_SG_HOLD
+#undef SG_LAST_RESORT
+#define SG_LAST_RESORT slope_own_SG_LAST_RESORT
+#undef SG_LATER_ATTEMPT
+#define SG_LATER_ATTEMPT slope_own_SG_LATER_ATTEMPT
 #undef SG_LEAST_NORM
 #define SG_LEAST_NORM slope_own_SG_LEAST_NORM
 #undef SG_NORMAL
@@ -135,6 +152,8 @@
 #define sg_approaches slope_own_sg_approaches
 #undef sg_are_options
 #define sg_are_options slope_own_sg_are_options
+#undef sg_arrive
+#define sg_arrive slope_own_sg_arrive
 #undef sg_attempt
 #define sg_attempt slope_own_sg_attempt
 #undef sg_before
@@ -175,16 +194,30 @@
 #define sg_central_unit slope_own_sg_central_unit
 #undef sg_check_active
 #define sg_check_active slope_own_sg_check_active
+#undef sg_check_bilateral
+#define sg_check_bilateral slope_own_sg_check_bilateral
 #undef sg_check_friction
 #define sg_check_friction slope_own_sg_check_friction
+#undef sg_check_momenta
+#define sg_check_momenta slope_own_sg_check_momenta
+#undef sg_check_norm
+#define sg_check_norm slope_own_sg_check_norm
 #undef sg_check_normal
 #define sg_check_normal slope_own_sg_check_normal
+#undef sg_check_normal_row
+#define sg_check_normal_row slope_own_sg_check_normal_row
+#undef sg_check_percussion
+#define sg_check_percussion slope_own_sg_check_percussion
 #undef sg_check_places
 #define sg_check_places slope_own_sg_check_places
 #undef sg_check_problem
 #define sg_check_problem slope_own_sg_check_problem
 #undef sg_check_rates
 #define sg_check_rates slope_own_sg_check_rates
+#undef sg_check_slip
+#define sg_check_slip slope_own_sg_check_slip
+#undef sg_check_slip_rows
+#define sg_check_slip_rows slope_own_sg_check_slip_rows
 #undef sg_cholesky
 #define sg_cholesky slope_own_sg_cholesky
 #undef sg_choose
@@ -217,6 +250,8 @@
 #define sg_dot slope_own_sg_dot
 #undef sg_effective_mass
 #define sg_effective_mass slope_own_sg_effective_mass
+#undef sg_elliptic_begin
+#define sg_elliptic_begin slope_own_sg_elliptic_begin
 #undef sg_ended_here
 #define sg_ended_here slope_own_sg_ended_here
 #undef sg_evaluate
@@ -255,6 +290,28 @@
 #define sg_forward slope_own_sg_forward
 #undef sg_free_row
 #define sg_free_row slope_own_sg_free_row
+#undef sg_friction_change
+#define sg_friction_change slope_own_sg_friction_change
+#undef sg_friction_event
+#define sg_friction_event slope_own_sg_friction_event
+#undef sg_friction_growth
+#define sg_friction_growth slope_own_sg_friction_growth
+#undef sg_friction_held
+#define sg_friction_held slope_own_sg_friction_held
+#undef sg_friction_margin
+#define sg_friction_margin slope_own_sg_friction_margin
+#undef sg_friction_off
+#define sg_friction_off slope_own_sg_friction_off
+#undef sg_friction_rows
+#define sg_friction_rows slope_own_sg_friction_rows
+#undef sg_friction_size
+#define sg_friction_size slope_own_sg_friction_size
+#undef sg_friction_slip
+#define sg_friction_slip slope_own_sg_friction_slip
+#undef sg_friction_slips
+#define sg_friction_slips slope_own_sg_friction_slips
+#undef sg_friction_smooth
+#define sg_friction_smooth slope_own_sg_friction_smooth
 #undef sg_has_mobility
 #define sg_has_mobility slope_own_sg_has_mobility
 #undef sg_held_rows
@@ -267,8 +324,12 @@
 #define sg_index slope_own_sg_index
 #undef sg_inertia
 #define sg_inertia slope_own_sg_inertia
+#undef sg_into_cone
+#define sg_into_cone slope_own_sg_into_cone
 #undef sg_into_cones
 #define sg_into_cones slope_own_sg_into_cones
+#undef sg_irregular
+#define sg_irregular slope_own_sg_irregular
 #undef sg_is_closed
 #define sg_is_closed slope_own_sg_is_closed
 #undef sg_is_coefficient
@@ -307,6 +368,8 @@
 #define sg_limit slope_own_sg_limit
 #undef sg_limits
 #define sg_limits slope_own_sg_limits
+#undef sg_linear_rows
+#define sg_linear_rows slope_own_sg_linear_rows
 #undef sg_linearise
 #define sg_linearise slope_own_sg_linearise
 #undef sg_lu_factor
@@ -341,30 +404,26 @@
 #define sg_norm slope_own_sg_norm
 #undef sg_normal_floor
 #define sg_normal_floor slope_own_sg_normal_floor
+#undef sg_normal_of
+#define sg_normal_of slope_own_sg_normal_of
 #undef sg_note
 #define sg_note slope_own_sg_note
 #undef sg_orthonormal
 #define sg_orthonormal slope_own_sg_orthonormal
+#undef sg_over_axis
+#define sg_over_axis slope_own_sg_over_axis
 #undef sg_path
 #define sg_path slope_own_sg_path
-#undef sg_path_arrive
-#define sg_path_arrive slope_own_sg_path_arrive
 #undef sg_path_begin
 #define sg_path_begin slope_own_sg_path_begin
 #undef sg_path_change
 #define sg_path_change slope_own_sg_path_change
-#undef sg_path_cone
-#define sg_path_cone slope_own_sg_path_cone
 #undef sg_path_factor
 #define sg_path_factor slope_own_sg_path_factor
 #undef sg_path_next
 #define sg_path_next slope_own_sg_path_next
-#undef sg_path_radius
-#define sg_path_radius slope_own_sg_path_radius
 #undef sg_path_rates
 #define sg_path_rates slope_own_sg_path_rates
-#undef sg_path_rows
-#define sg_path_rows slope_own_sg_path_rows
 #undef sg_path_solve
 #define sg_path_solve slope_own_sg_path_solve
 #undef sg_path_start
@@ -381,6 +440,8 @@
 #define sg_pivots_hold slope_own_sg_pivots_hold
 #undef sg_pressing
 #define sg_pressing slope_own_sg_pressing
+#undef sg_pressing_share
+#define sg_pressing_share slope_own_sg_pressing_share
 #undef sg_problem
 #define sg_problem slope_own_sg_problem
 #undef sg_problems
@@ -391,6 +452,8 @@
 #define sg_prox_ball slope_own_sg_prox_ball
 #undef sg_prox_parameters
 #define sg_prox_parameters slope_own_sg_prox_parameters
+#undef sg_radius
+#define sg_radius slope_own_sg_radius
 #undef sg_recall
 #define sg_recall slope_own_sg_recall
 #undef sg_record
@@ -423,14 +486,24 @@
 #define sg_rows slope_own_sg_rows
 #undef sg_rubbing
 #define sg_rubbing slope_own_sg_rubbing
+#undef sg_say_held
+#define sg_say_held slope_own_sg_say_held
 #undef sg_scales
 #define sg_scales slope_own_sg_scales
 #undef sg_settle
 #define sg_settle slope_own_sg_settle
-#undef sg_share
-#define sg_share slope_own_sg_share
+#undef sg_signorini_closes
+#define sg_signorini_closes slope_own_sg_signorini_closes
+#undef sg_signorini_event
+#define sg_signorini_event slope_own_sg_signorini_event
+#undef sg_signorini_row
+#define sg_signorini_row slope_own_sg_signorini_row
+#undef sg_signorini_smooth
+#define sg_signorini_smooth slope_own_sg_signorini_smooth
 #undef sg_slip
 #define sg_slip slope_own_sg_slip
+#undef sg_slip_of
+#define sg_slip_of slope_own_sg_slip_of
 #undef sg_slipping_row
 #define sg_slipping_row slope_own_sg_slipping_row
 #undef sg_slips
@@ -443,6 +516,8 @@
 #define sg_smallest_gap slope_own_sg_smallest_gap
 #undef sg_smooth_rows
 #define sg_smooth_rows slope_own_sg_smooth_rows
+#undef sg_smoothed
+#define sg_smoothed slope_own_sg_smoothed
 #undef sg_softness
 #define sg_softness slope_own_sg_softness
 #undef sg_solve
@@ -463,5 +538,7 @@
 #define sg_take_solution slope_own_sg_take_solution
 #undef sg_takes_part
 #define sg_takes_part slope_own_sg_takes_part
+#undef sg_times_axis
+#define sg_times_axis slope_own_sg_times_axis
 #undef sg_warm_start
 #define sg_warm_start slope_own_sg_warm_start

@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_real.h"
+
 /* Search in the points of a table. */
 
 #if SG_TABULATED > 0

@@ -1,3 +1,7 @@
+#pragma once
+#include "sg_law_coulomb_check.c"
+#include "sg_law_signorini_check.c"
+
 /* Acceptance of a step. Reads the state before, the unknowns and what the model says there
    (r_found, y_found, radius_found); shares nothing with the iteration that found them but the
    scales of the rows. */
@@ -5,145 +9,71 @@
 /* Keep what the model says at the unknowns of one problem. */
 static void sg_keep_rows(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    sg_copy(pr->n_x, w->r, &w->r_found[pr->x]);
-    sg_copy(pr->n_slots * SG_NC, w->y, &w->y_found[pr->lambda]);
-    sg_copy(pr->n_slots * SG_NB, w->radius, &w->radius_found[pr->lambda / SG_ROWS * SG_NB]);
+    sg_copy(pr->n_x, w->r, &w->found.r[pr->x]);
+    sg_copy(pr->n_slots * SG_N_R, w->y, &w->found.y[pr->R]);
+    sg_copy(pr->n_slots * SG_N_BOUNDS, w->radius,
+            &w->found.radius[pr->R / SG_ROWS_OF_SLOT * SG_N_BOUNDS]);
 }
 
-/* What the checker accepts: a share of a row's scale, or an absolute value; never more than the
-   share SG_CHECK_MOST. */
-typedef struct {
-    real share, absolute;
-} sg_limit;
-
-static sg_limit sg_limits(const SG(options) * opt) {
-    const real wish = SG_C(16.0) * opt->tol;
-    const int absolute = opt->scaling == SG_K(SCALING_NONE);
-    sg_limit limit;
-    limit.share = absolute ? SG_CHECK : sg_min(sg_max(SG_CHECK, wish), SG_CHECK_MOST);
-    limit.absolute = absolute ? wish : SG_C(0.0);
-    return limit;
-}
-
-/* |x| within the limit for `scale`, plus an absolute floor. NaN is not. */
-static inline int sg_small(real x, real scale, real floor, const sg_limit *limit) {
-    const real bound = limit->share * scale + SG_C(64.0) * floor;
-    return SG_FABS(x) <= sg_max(bound, sg_min(limit->absolute, SG_CHECK_MOST * scale));
-}
-
-/* 0 <= gap, 0 <= percussion, one of them zero. `floor` is the round-off of the percussion: that of
-   the gap which it closes, times the response. */
-static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percussion, real scale,
-                           real floor, const sg_limit *limit) {
-    return (gap >= SG_C(0.0) || sg_small(gap, gap_scale, gap_floor, limit)) &&
-           (percussion >= SG_C(0.0) || sg_small(percussion, scale, floor, limit)) &&
-           (sg_small(gap, gap_scale, gap_floor, limit) ||
-            sg_small(percussion, scale, floor, limit));
-}
-
-/* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. `floor`
-   is the round-off of the slip velocity, `blur` that of the radius. */
-static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
-                             real radius, real scale, real floor, real blur,
-                             const sg_limit *limit) {
-    const real size = sg_norm(n, percussion);
-    const real slip = sg_norm(n, gamma);
-    const real power = sg_dot(n, gamma, percussion);
-    const real bound = sg_max(radius, SG_C(0.0));
-    if (!sg_finite(size) || !sg_finite(slip)) {
-        return 0;
+/* Rows of the momenta of one problem. */
+static int sg_check_momenta(const SG(work) * w, const sg_problem *pr, const sg_limit *limit) {
+    int i, j;
+    for (i = pr->x; i < pr->x + pr->n_x; i += SG_N_Q) {
+        for (j = 0; j < SG_N_Q; ++j) {
+            if (!sg_small(w->found.r[i + j], w->scales.momentum_scale[j], SG_C(0.0), limit)) {
+                return 0;
+            }
+        }
     }
-    if (size > bound && !sg_small(size - bound, sg_max(scale, bound), blur, limit)) {
-        return 0;
-    }
-    return sg_small(bound * slip + power, sg_max(scale, bound) * sg_max(speed, slip),
-                    sg_max(scale, bound) * floor + blur * slip, limit);
+    return 1;
 }
 
-/* Round-off of the normal percussion of a slot: the iteration takes a contact for closed within it,
-   so the checker cannot ask for more. */
-static real sg_normal_floor(const SG(work) * w, const sg_problem *pr, int slot, int n) {
-    const real own = SG_FLOOR * w->percussion_scale[n];
-    return sg_is_gap(pr, slot, n)
-               ? own + w->m_eff[n] * w->gap_floor[n] / (w->h * sg_response[pr->response + slot][0])
-               : own;
+/* Bilateral rows of a slot. */
+static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, int slot, const real *y,
+                              const real *R, const sg_limit *limit) {
+    const real rate = sg_slot_rate(w, pr, slot);
+    int c;
+    for (c = 0; c < SG_NORMAL; ++c) {
+        const int gap = sg_is_gap(pr, slot, c);
+        const real speed = w->scales.speed[c];
+        const real floor = w->scales.gap_floor[c];
+        if (!sg_takes_part(pr, slot, c)) {
+            if (R[c] != SG_C(0.0)) {
+                return 0;
+            }
+        } else if (!sg_small(y[c], gap ? w->h * speed : speed, gap ? floor : floor * rate, limit)) {
+            return 0;
+        }
+    }
+    return 1;
 }
 
 /* Rows of one problem at the solution. */
 static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    const real *lambda = &w->lambda[pr->lambda];
-    const real *y = &w->y_found[pr->lambda];
     const sg_limit limit = sg_limits(opt);
-    int slot, c, i, j, k;
-    if (!sg_all_finite(pr->n_x, &w->x[pr->x]) || !sg_all_finite(pr->n_slots * SG_NC, lambda)) {
+    int slot, k;
+    if (!sg_all_finite(pr->n_x, &w->x[pr->x]) ||
+        !sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) || !sg_check_momenta(w, pr, &limit)) {
         return 0;
     }
-    for (i = pr->x; i < pr->x + pr->n_x; i += SG_NQ) {
-        for (j = 0; j < SG_NQ; ++j) {
-            if (!sg_small(w->r_found[i + j], w->momentum_scale[j], SG_C(0.0), &limit)) {
-                return 0;
-            }
-        }
-    }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_NC;
-        const real rate = sg_slot_rate(w, pr, slot);
-        for (c = 0; c < SG_NORMAL; ++c) {
-            const int gap = sg_is_gap(pr, slot, c);
-            if (!sg_takes_part(pr, slot, c)) {
-                if (lambda[base + c] != SG_C(0.0)) {
-                    return 0;
-                }
-                continue;
-            }
-            if (!sg_small(y[base + c], gap ? w->h * w->speed[c] : w->speed[c],
-                          gap ? w->gap_floor[c] : w->gap_floor[c] * rate, &limit)) {
+        const real *R = &w->R[pr->R + slot * SG_N_R];
+        const real *y = &w->found.y[pr->R + slot * SG_N_R];
+        if (!sg_check_bilateral(w, pr, slot, y, R, &limit)) {
+            return 0;
+        }
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            const sg_contact *contact = &sg_contacts[k];
+            const int joins =
+                w->found.exists[k] && (contact->normal < 0 || !pr->follows || w->found.active[k]);
+            real floor = SG_C(0.0);
+            if (contact->normal >= 0 &&
+                !sg_check_normal_row(w, pr, slot, k, joins, y, R, &floor, &limit)) {
                 return 0;
             }
-        }
-        for (k = 0; k < SG_NK; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int f = SG_SLIP + contact->friction;
-            real radius = SG_C(0.0);
-            real scale = contact->components > 0 ? w->percussion_scale[f] : SG_C(0.0);
-            real blur = SG_C(0.0);
-            int closed = w->exists[k];
-            if (contact->normal >= 0) {
-                const int n = SG_NORMAL + contact->normal;
-                const real R = lambda[base + n];
-                const int position = sg_is_gap(pr, slot, n);
-                const real floor = sg_normal_floor(w, pr, slot, n);
-                if (pr->follows) {
-                    closed = closed && w->active[k];
-                }
-                if (!closed) {
-                    if (R != SG_C(0.0)) {
-                        return 0;
-                    }
-                } else if (!sg_check_normal(y[base + n],
-                                            position ? w->h * w->speed[n] : w->speed[n],
-                                            position ? w->gap_floor[n] : SG_C(0.0), R,
-                                            w->percussion_scale[n], floor, &limit)) {
-                    return 0;
-                }
-                radius = w->mu[k] * R;
-                blur = w->mu[k] * floor;
-                /* The radius is as uncertain as the normal percussion. */
-                scale = sg_max(scale, w->mu[k] * w->percussion_scale[n]);
-            } else {
-                radius = w->radius_found[(pr->lambda / SG_ROWS + slot) * SG_NB + contact->bound];
-            }
-            if (!closed) {
-                for (i = 0; i < contact->components; ++i) {
-                    if (lambda[base + f + i] != SG_C(0.0)) {
-                        return 0;
-                    }
-                }
-            } else if (contact->components > 0 &&
-                       !sg_check_friction(contact->components, &y[base + f], w->speed[f],
-                                          &lambda[base + f], radius, scale, w->gap_floor[f] * rate,
-                                          blur, &limit)) {
+            if (contact->components > 0 &&
+                !sg_check_slip_rows(w, pr, slot, k, joins, y, R, floor, &limit)) {
                 return 0;
             }
         }
@@ -157,28 +87,28 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
     const sg_problem *pr = &sg_problems[problem];
     const sg_limit limit = sg_limits(opt);
     int k, slot;
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         int must = 0;
         int may = 0;
         const int n = SG_NORMAL + sg_contacts[k].normal;
-        if (sg_contacts[k].normal < 0 || !w->exists[k]) {
+        if (sg_contacts[k].normal < 0 || !w->found.exists[k]) {
             continue;
         }
         for (slot = 0; slot < pr->n_slots; ++slot) {
-            const int row = slot * SG_NC + n;
+            const int row = slot * SG_N_R + n;
             if (opt->active_set == SG_K(ACTIVE_END) && slot + 1 < pr->n_slots) {
                 continue;
             }
-            if (!sg_small(w->lambda[pr->lambda + row], w->percussion_scale[n],
+            if (!sg_small(w->R[pr->R + row], w->scales.percussion_scale[n],
                           sg_normal_floor(w, pr, slot, n), &limit)) {
                 must = 1;
             }
-            if (sg_small(w->y_found[pr->lambda + row], w->h * w->speed[n], w->gap_floor[n],
+            if (sg_small(w->found.y[pr->R + row], w->h * w->scales.speed[n], w->scales.gap_floor[n],
                          &limit)) {
                 may = 1;
             }
         }
-        if ((must && !w->active[k]) || (w->active[k] && !may)) {
+        if ((must && !w->found.active[k]) || (w->found.active[k] && !may)) {
             return 0;
         }
     }

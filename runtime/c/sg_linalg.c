@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_real.h"
+
 /* Dense linear algebra: LU with scaled pivots, rank-revealing QR with minimum-norm solution. */
 
 /* LU of the n x n row-major matrix A in place; pivot rows are chosen by size times `weight`, so

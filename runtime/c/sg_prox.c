@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_real.h"
+
 /* Proximal points (64), (65) and what their derivatives need. */
 
 /* prox onto the nonpositive numbers; a value inside the band counts as nonpositive. */

@@ -1,3 +1,5 @@
+#pragma once
+
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
 #error "-ffast-math and -ffinite-math-only take away the tests for infinite values and NaN"
 #endif
@@ -76,6 +78,22 @@ typedef SG(real) real;
 #define SG_CENTRAL_TURNS 4
 #define SG_SUBSTEP_TURNS 2
 
+/* Share of the residual that counts as clearly nearer; share of the decrease along a direction that
+   a search asks for; how often it halves its step. */
+#define SG_CLEARLY SG_C(0.25)
+#define SG_DESCENT SG_C(0.125)
+#define SG_SEARCHES 6
+
+/* Percussions that are moved into their cones end this share of the radius within. */
+#define SG_INSIDE SG_C(0.984375)
+
+/* The least share of the largest term that a direction's mobility, or a coordinate's scale, may be
+   measured by. */
+#define SG_LEAST_SHARE SG_C(0.0009765625)
+
+/* Floors of round-off within which the checker takes a row as solved. */
+#define SG_CHECK_FLOORS SG_C(64.0)
+
 /* Central path: the smoothing where it begins; how much wider gaps are; percussions that lead
    nowhere, in units of their scales; the shortest stride; rounds to find its beginning, corrections
    of one stride. */
@@ -83,11 +101,21 @@ typedef SG(real) real;
 #define SG_WIDER SG_C(4.0)
 #define SG_CENTRAL_FAR SG_C(1.0e6)
 #define SG_CENTRAL_SHORT SG_C(1.0e-5)
+#define SG_CENTRAL_FALL SG_C(0.9)     /* share by which the smoothing falls in one stride at most */
+#define SG_CENTRAL_CLOSE SG_C(1.0e-6) /* square of a distance to the path that is none */
+#define SG_BLURRED SG_C(8.0) /* slip in units of the smoothing that is told from sticking */
 #define SG_CENTRAL_BEGIN 20
 #define SG_CENTRAL_CORRECT 5
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
 static inline real sg_min(real a, real b) { return a < b ? a : b; }
+
+/* Irregular numbers in [1, 2), the same in every run, that tell apart what is symmetric: 37 and 64
+   have no common divisor, so that 64 in succession differ. */
+static inline real sg_irregular(int i) {
+    const int part = (37 * i) % 64;
+    return SG_C(1.0) + (real)part * SG_C(0.015625);
+}
 
 /* 1 if x is neither infinite nor NaN. */
 static inline int sg_finite(real x) { return x - x == SG_C(0.0); }

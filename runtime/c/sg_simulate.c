@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_step.c"
+
 /* Start, many steps, and the evaluation of one problem at given unknowns. */
 
 /* 1 if |value| is small against the terms of its row. The constant covers terms that only
@@ -9,7 +12,7 @@ static int sg_is_consistent(real value, real size) {
 /* Position constraints and gaps of existing contacts at the start. */
 static int sg_check_places(const SG(consistency) * at) {
     int c, k;
-    for (c = 0; c < SG_NG; ++c) {
+    for (c = 0; c < SG_N_G; ++c) {
         if (!sg_finite(at->value[c])) {
             return SG_K(NONFINITE);
         }
@@ -17,7 +20,7 @@ static int sg_check_places(const SG(consistency) * at) {
             return SG_K(INCONSISTENT_START);
         }
     }
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int n = SG_NORMAL + sg_contacts[k].normal;
         if (!sg_finite(at->guard[k])) {
             return SG_K(NONFINITE);
@@ -53,7 +56,7 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
     SG(consistency) at;
     int status;
     if (s == NULL || par == NULL || opt == NULL || q0 == NULL || v0 == NULL || !sg_finite(t0) ||
-        !sg_all_finite(SG_NQ, q0) || !sg_all_finite(SG_NQ, v0) || !sg_are_options(opt)) {
+        !sg_all_finite(SG_N_Q, q0) || !sg_all_finite(SG_N_Q, v0) || !sg_are_options(opt)) {
         return SG_K(BAD_ARGUMENT);
     }
     SG(evaluate_places)(t0, q0, par, &at);
@@ -68,7 +71,7 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
 /* What the events of a step need from before it. */
 typedef struct {
     real energy;
-    int contact[SG_NK > 0 ? SG_NK : 1];
+    int contact[SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1];
 } sg_before;
 
 /* The kind of event that leads contact k from one state to another, -1: none. */
@@ -95,10 +98,10 @@ static int sg_event_kind(int before, int now, int impacts, int exists) {
 static void sg_note(const SG(record) * to, const sg_before *before, real t, real energy,
                     const SG(work) * w, const SG(info) * info) {
     int d, k;
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         const sg_contact *contact = &sg_contacts[k];
-        const int kind =
-            sg_event_kind(before->contact[k], info->contact[k], info->impacts[k], w->exists[k]);
+        const int kind = sg_event_kind(before->contact[k], info->contact[k], info->impacts[k],
+                                       w->found.exists[k]);
         if (kind < 0) {
             continue;
         }
@@ -130,7 +133,7 @@ static void sg_count(int *counts, int first, const SG(info) * info) {
     counts[3] |= info->rescues;
     counts[4] = info->percussions > counts[4] ? info->percussions : counts[4];
     counts[5] += info->lost_impacts;
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         counts[6] += info->impacts[k];
     }
 }
@@ -143,13 +146,13 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
         to->t[row] = s->t;
     }
     if (to->q != NULL) {
-        sg_copy(SG_NQ, s->q, &to->q[row * SG_NQ]);
+        sg_copy(SG_N_Q, s->q, &to->q[row * SG_N_Q]);
     }
     if (to->v != NULL) {
-        sg_copy(SG_NQ, s->v, &to->v[row * SG_NQ]);
+        sg_copy(SG_N_Q, s->v, &to->v[row * SG_N_Q]);
     }
-    for (k = 0; k < SG_NC && to->P != NULL; ++k) {
-        to->P[row * SG_NC + k] = first ? info->P[k] : to->P[row * SG_NC + k] + info->P[k];
+    for (k = 0; k < SG_N_R && to->P != NULL; ++k) {
+        to->P[row * SG_N_R + k] = first ? info->P[k] : to->P[row * SG_N_R + k] + info->P[k];
     }
     if (to->residual != NULL) {
         to->residual[row] = first ? info->residual : sg_max(to->residual[row], info->residual);
@@ -161,21 +164,21 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
     if (to->counts != NULL) {
         sg_count(&to->counts[row * 7], first, info);
     }
-    for (k = 0; k < SG_NK && to->contact != NULL; ++k) {
-        to->contact[row * SG_NK + k] = info->contact[k];
+    for (k = 0; k < SG_N_CONTACTS && to->contact != NULL; ++k) {
+        to->contact[row * SG_N_CONTACTS + k] = info->contact[k];
     }
     if (to->stage_t != NULL && to->stage_q != NULL && to->stage_v != NULL && to->stage_R != NULL) {
-        real *stage_t = &to->stage_t[row * SG_STAGES];
-        real *stage_q = &to->stage_q[row * SG_STAGES * SG_NQ];
-        real *stage_v = &to->stage_v[row * SG_STAGES * SG_NQ];
-        real *stage_R = &to->stage_R[row * SG_STAGES * SG_NC];
+        real *stage_t = &to->stage_t[row * SG_N_STAGES];
+        real *stage_q = &to->stage_q[row * SG_N_STAGES * SG_N_Q];
+        real *stage_v = &to->stage_v[row * SG_N_STAGES * SG_N_Q];
+        real *stage_R = &to->stage_R[row * SG_N_STAGES * SG_N_R];
         SG(stages)(w, stage_t, stage_q, stage_v, stage_R);
         if (info->substeps > 0) {
             /* those of the last substep are not those of the step */
-            sg_fill(SG_STAGES, SG_NAN, stage_t);
-            sg_fill(SG_STAGES * SG_NQ, SG_NAN, stage_q);
-            sg_fill(SG_STAGES * SG_NQ, SG_NAN, stage_v);
-            sg_fill(SG_STAGES * SG_NC, SG_NAN, stage_R);
+            sg_fill(SG_N_STAGES, SG_NAN, stage_t);
+            sg_fill(SG_N_STAGES * SG_N_Q, SG_NAN, stage_q);
+            sg_fill(SG_N_STAGES * SG_N_Q, SG_NAN, stage_v);
+            sg_fill(SG_N_STAGES * SG_N_R, SG_NAN, stage_R);
         }
     }
 }
@@ -188,7 +191,7 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
     const int begun = record != NULL ? record->begun : 0;
     int step;
     if (done == NULL || n_steps < 0 || every < 1 || begun < 0 || begun >= every || s == NULL ||
-        w == NULL || info == NULL || par == NULL || (SG_NU > 0 && u == NULL)) {
+        w == NULL || info == NULL || par == NULL || (SG_N_U > 0 && u == NULL)) {
         return SG_K(BAD_ARGUMENT);
     }
     for (*done = 0, step = 0; step < n_steps; ++step) {
@@ -196,11 +199,11 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
         const int first = (step % every + begun) % every == 0;
         sg_before before;
         int k, status;
-        for (k = 0; k < SG_NK; ++k) {
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
             before.contact[k] = s->contact[k];
         }
         before.energy = looks ? SG(energy_at)(s->t, s->q, s->v, par) : SG_C(0.0);
-        status = SG(step)(s, w, info, par, opt, SG_NU > 0 ? &u[step * SG_NU] : u, h);
+        status = SG(step)(s, w, info, par, opt, SG_N_U > 0 ? &u[step * SG_N_U] : u, h);
         if (status > SG_K(OK_SUBSTEPPED)) {
             return status;
         }
@@ -224,28 +227,32 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
 }
 
 int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                const real u[], real h, int problem, const real x[], const real lambda[]) {
+                const real u[], real h, int problem, const real x[], const real R[]) {
     SG(info) info;
     int j, k;
-    if (s == NULL || w == NULL || par == NULL || opt == NULL || x == NULL || lambda == NULL ||
-        problem < 0 || problem >= SG_PROBLEMS || !(h > SG_C(0.0)) || (SG_NU > 0 && u == NULL)) {
+    if (s == NULL || w == NULL || par == NULL || opt == NULL || x == NULL || R == NULL ||
+        problem < 0 || problem >= SG_N_PROBLEMS || !(h > SG_C(0.0)) || (SG_N_U > 0 && u == NULL)) {
         return SG_K(BAD_ARGUMENT);
     }
     sg_reset_info(&info);
-    w->at_rest = 0;
-    sg_copy(SG_NX_TOTAL, x, w->x);
-    sg_copy(SG_NL_TOTAL, lambda, w->lambda);
-    for (j = 0; j < SG_NU; ++j) {
+    w->newton.mode = SG_FIRST_ATTEMPT;
+    w->smooth.pivoting = 0;
+    sg_copy(SG_N_X_TOTAL, x, w->x);
+    sg_copy(SG_N_ROWS_TOTAL, R, w->R);
+    for (j = 0; j < SG_N_U; ++j) {
         w->u[j] = u[j];
     }
     w->trial = *s;
     sg_begin(w, par, s->t, h);
+    if (!sg_elliptic_begin(w)) {
+        return SG_K(BAD_ARGUMENT);
+    }
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);
     }
-    for (k = 0; k < SG_NK; ++k) {
-        w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
-        w->active[k] = w->exists[k];
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
+        w->found.active[k] = w->found.exists[k];
     }
     for (k = 0; k <= problem; ++k) {
         sg_prox_parameters(w, opt, k);

@@ -1,32 +1,38 @@
+#pragma once
+#include "sg_linalg.c"
+#include "sg_work.h"
+
 /* The linear system of one problem: velocities dx, and bilateral percussions where their rows are
    independent. Vectors stand in elimination order: n_x velocities, then n_border - n_x percussions,
    which are zero where only the velocities are eliminated. */
 
-/* Factorise K, with `border` up to its bilateral rows if these are independent (w->bordered).
-   Rows are exchanged where pivots on the diagonal are too small or w->careful says so. Returns 0 if
-   the block of the velocities is singular or not finite. */
+/* Factorise K, with `border` up to its bilateral rows if these are independent
+   (w->smooth.bordered). Rows are exchanged where pivots on the diagonal are too small or `pivoting`
+   says so. Returns 0 if the block of the velocities is singular or not finite. */
 static int sg_factor_smooth(SG(work) * w, int problem, int border) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_x = pr->n_x;
     int k;
     for (k = 0; k < n_x; ++k) {
-        w->pivot_scale[k] = w->inertia[sg_table[pr->K.order + k] % SG_NQ];
+        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[pr->K.order + k] % SG_N_Q];
     }
-    w->bordered = 0;
-    w->exchanged = w->careful || !SG(eliminate)(w, problem, 0);
-    if (w->exchanged) {
+    w->smooth.bordered = 0;
+    w->smooth.exchanged = w->smooth.pivoting || !SG(eliminate)(w, problem, 0);
+    if (w->smooth.exchanged) {
         for (k = 0; k < n_x; ++k) {
-            w->pivot_scale[k] = SG_C(1.0) / w->root_inertia[sg_table[pr->K.order + k] % SG_NQ];
+            w->smooth.pivot_scale[k] =
+                SG_C(1.0) / w->masses.root_inertia[sg_table[pr->K.order + k] % SG_N_Q];
         }
-        sg_expand(n_x, &pr->K, w->K, w->full);
-        return sg_lu_factor(n_x, w->full, w->pivot_scale, w->pivot);
+        sg_expand(n_x, &pr->K, w->K, w->smooth.full);
+        return sg_lu_factor(n_x, w->smooth.full, w->smooth.pivot_scale, w->smooth.perm);
     }
     if (border) {
         /* the answer of a row to its own percussion while all others are absent */
         for (k = n_x; k < pr->n_border; ++k) {
-            w->pivot_scale[k] = SG_C(1.0) / w->r_auto[sg_table[pr->K.order + k] - n_x];
+            w->smooth.pivot_scale[k] =
+                SG_C(1.0) / w->scales.r_auto[sg_table[pr->K.order + k] - n_x];
         }
-        w->bordered = SG(eliminate)(w, problem, 1);
+        w->smooth.bordered = SG(eliminate)(w, problem, 1);
     }
     return 1;
 }
@@ -34,12 +40,12 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
 /* b := K^-1 b, where b is zero before `first`. */
 static void sg_solve_smooth(const SG(work) * w, int problem, int first, real *b) {
     const sg_problem *pr = &sg_problems[problem];
-    if (w->exchanged) {
-        sg_lu_solve(pr->n_x, w->full, w->pivot, b);
-    } else if (w->bordered) {
+    if (w->smooth.exchanged) {
+        sg_lu_solve(pr->n_x, w->smooth.full, w->smooth.perm, b);
+    } else if (w->smooth.bordered) {
         SG(substitute)(w, problem, first, b);
     } else {
-        sg_sparse_solve(pr->n_x, &pr->K, w->factors, first, b);
+        sg_sparse_solve(pr->n_x, &pr->K, w->smooth.factors, first, b);
     }
 }
 
@@ -47,10 +53,11 @@ static void sg_solve_smooth(const SG(work) * w, int problem, int first, real *b)
 static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
     int k;
     for (k = 0; k < pr->n_x; ++k) {
-        w->dx[k] = -w->r[sg_table[pr->K.order + k]];
+        w->smooth.dx[k] = -w->r[sg_table[pr->K.order + k]];
     }
     for (k = pr->n_x; k < pr->n_border; ++k) {
-        w->dx[k] = w->bordered ? -w->y[sg_table[pr->K.order + k] - pr->n_x] : SG_C(0.0);
+        w->smooth.dx[k] =
+            w->smooth.bordered ? -w->y[sg_table[pr->K.order + k] - pr->n_x] : SG_C(0.0);
     }
 }
 

@@ -1,3 +1,9 @@
+#pragma once
+#include "sg_central.c"
+#include "sg_check.c"
+#include "sg_least.c"
+#include "sg_path.c"
+
 /* Solution of one problem: starting points and rescues. What the checker rejects is not solved. */
 
 /* Cold start: velocities of the step's start, no percussions. After a position problem the
@@ -6,15 +12,14 @@ static void sg_cold_start(SG(work) * w, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int i, c, slot;
     for (i = 0; i < pr->n_x; ++i) {
-        w->x[pr->x + i] = w->v[i % SG_NQ];
+        w->x[pr->x + i] = w->v[i % SG_N_Q];
     }
-    sg_fill(pr->n_slots * SG_NC, SG_C(0.0), &w->lambda[pr->lambda]);
+    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), &w->R[pr->R]);
     if (pr->follows) {
         const sg_problem *before = &sg_problems[problem - 1];
         for (slot = 0; slot < before->n_slots; ++slot) {
-            for (c = 0; c < SG_NC; ++c) {
-                w->lambda[pr->lambda + c] +=
-                    w->lambda[before->lambda + slot * SG_NC + c] / (real)before->n_slots;
+            for (c = 0; c < SG_N_R; ++c) {
+                w->R[pr->R + c] += w->R[before->R + slot * SG_N_R + c] / (real)before->n_slots;
             }
         }
     }
@@ -29,32 +34,12 @@ static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
     const int stay = s->choice[problem] != SG_UNIQUE;
     int i;
     for (i = pr->x; i < pr->x + pr->n_x; ++i) {
-        w->x[i] = s->order < 0 ? w->v[(i - pr->x) % SG_NQ]
+        w->x[i] = s->order < 0 ? w->v[(i - pr->x) % SG_N_Q]
                                : s->x[i] + first * s->x_1[i] + second * s->x_2[i];
     }
-    for (i = pr->lambda; i < pr->lambda + pr->n_slots * SG_NC; ++i) {
-        const real change = first * s->lambda_1[i] + second * s->lambda_2[i];
-        w->lambda[i] = s->lambda[i] + (stay ? SG_C(0.0) : change);
-    }
-}
-
-/* Contacts that take no part have no percussion, exactly. */
-static void sg_leave_out(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
-    int slot, k, d;
-    for (slot = 0; slot < pr->n_slots; ++slot) {
-        real *lambda = &w->lambda[pr->lambda + slot * SG_NC];
-        for (k = 0; k < SG_NK; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            if (!sg_joins(w, pr, k)) {
-                if (contact->normal >= 0) {
-                    lambda[SG_NORMAL + contact->normal] = SG_C(0.0);
-                }
-                for (d = 0; d < contact->components; ++d) {
-                    lambda[SG_SLIP + contact->friction + d] = SG_C(0.0);
-                }
-            }
-        }
+    for (i = pr->R; i < pr->R + pr->n_slots * SG_N_R; ++i) {
+        const real change = first * s->R_1[i] + second * s->R_2[i];
+        w->R[i] = s->R[i] + (stay ? SG_C(0.0) : change);
     }
 }
 
@@ -66,8 +51,8 @@ static int sg_budget(const SG(info) * info, int end, int wish) {
 
 /* 1 if an earlier path ended in the present contact states; keeps them in `ends`. In space they say
    little, the direction of slip gets better from path to path. */
-static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, int *count) {
-    const unsigned long here = sg_fingerprint(w, n_lambda);
+static int sg_ended_here(const SG(work) * w, int n_rows, unsigned long *ends, int *count) {
+    const unsigned long here = sg_fingerprint(w, n_rows);
     int k;
     for (k = 0; k < *count && !SG_SPATIAL; ++k) {
         if (ends[k] == here) {
@@ -82,60 +67,9 @@ static int sg_ended_here(const SG(work) * w, int n_lambda, unsigned long *ends, 
 /* Guess that contacts that touch at the start stick and hold everything. */
 static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
-    int slot, d, k;
     sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
     sg_evaluate(w, par, opt, problem);
-    for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_NC;
-        sg_bilateral_kinds(w, pr, slot);
-        for (k = 0; k < SG_NK; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int normal = base + SG_NORMAL + contact->normal;
-            const int f = base + SG_SLIP + contact->friction;
-            int closed = sg_joins(w, pr, k);
-            if (contact->normal >= 0) {
-                closed =
-                    closed && !(w->r_auto[normal] * w->y[normal] > SG_BAND * w->phi_floor[normal]);
-                w->kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
-            }
-            for (d = 0; d < contact->components; ++d) {
-                w->kind[f + d] = closed && d < sg_rubbing(w, k) ? SG_ROW_FREE : SG_ROW_ZERO;
-            }
-        }
-    }
-}
-
-/* Move percussions of contacts that stick well into their cones, each as little as possible.
-   Returns how many were outside. */
-static int sg_into_cones(SG(work) * w, const sg_problem *pr) {
-    int outside = 0;
-    int slot, d, k;
-    for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_NC;
-        real *lambda = &w->lambda[pr->lambda + base];
-        for (k = 0; k < SG_NK; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int normal = SG_NORMAL + contact->normal;
-            const int f = SG_SLIP + contact->friction;
-            const int sticks = contact->normal >= 0 && contact->components > 0 &&
-                               w->kind[base + normal] == SG_ROW_FREE &&
-                               w->kind[base + f] == SG_ROW_FREE;
-            /* a percussion of friction that weighs as much as a unit of the normal one */
-            const real unit = sticks ? sg_root_mass(w, f) / sg_root_mass(w, normal) : SG_C(1.0);
-            const real mu = SG_C(0.984375) * w->mu[k] / unit;
-            const real size = sticks ? sg_norm(contact->components, &lambda[f]) / unit : SG_C(0.0);
-            if (sticks && unit * size > w->mu[k] * lambda[normal]) {
-                const real push =
-                    sg_max(lambda[normal] + mu * size, SG_C(0.0)) / (SG_C(1.0) + mu * mu);
-                lambda[normal] = push;
-                for (d = 0; d < contact->components && size > SG_C(0.0); ++d) {
-                    lambda[f + d] *= mu * push / size;
-                }
-                ++outside;
-            }
-        }
-    }
-    return outside;
+    sg_say_held(w, pr);
 }
 
 /* Newton's method from where a rescue arrived, first in the contact states that it found: there,
@@ -156,7 +90,7 @@ static int sg_land(SG(work) * w, const SG(params) * par, const SG(options) * opt
    led; Newton's method in those that are new and from there. */
 static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
                      int problem, int turn, int turns, int end, real *measure) {
-    const int n_lambda = sg_problems[problem].n_slots * SG_NC;
+    const int n_rows = sg_problems[problem].n_slots * SG_N_R;
     unsigned long ends[SG_LAST_TURNS];
     int status = SG_K(NOT_CONVERGED);
     int count = 0;
@@ -164,7 +98,7 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
         ++info->iterations;
         if (!sg_path(w, par, opt, problem, turn)) {
             sg_cold_start(w, problem);
-        } else if (!sg_ended_here(w, n_lambda, ends, &count)) {
+        } else if (!sg_ended_here(w, n_rows, ends, &count)) {
             status = sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
             if (status == SG_K(OK)) {
                 return status;
@@ -174,11 +108,12 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
     return status;
 }
 
+#if SG_SPATIAL
 /* The same along at most `turns` central paths, each linearised where the one before ended. */
 static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                              SG(info) * info, int problem, int turns, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
-    const int n_lambda = pr->n_slots * SG_NC;
+    const int n_rows = pr->n_slots * SG_N_R;
     int status = SG_K(NOT_CONVERGED);
     int turn;
     for (turn = 0; turn < turns && info->iterations < end; ++turn) {
@@ -187,17 +122,18 @@ static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(opti
             sg_cold_start(w, problem);
             continue;
         }
-        sg_copy(pr->n_x, &w->x[pr->x], w->x_kept);
-        sg_copy(n_lambda, &w->lambda[pr->lambda], w->lambda_kept);
+        sg_copy(pr->n_x, &w->x[pr->x], w->central.x_end);
+        sg_copy(n_rows, &w->R[pr->R], w->central.R_end);
         status = sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
         if (status == SG_K(OK)) {
             return status;
         }
-        sg_copy(pr->n_x, w->x_kept, &w->x[pr->x]);
-        sg_copy(n_lambda, w->lambda_kept, &w->lambda[pr->lambda]);
+        sg_copy(pr->n_x, w->central.x_end, &w->x[pr->x]);
+        sg_copy(n_rows, w->central.R_end, &w->R[pr->R]);
     }
     return status;
 }
+#endif
 
 enum {
     SG_HOLD,
@@ -215,9 +151,9 @@ enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
 /* 1 if an attempt belongs to the effort: paths in the plane, central paths in space, in a substep
    few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
-    const int stuck = effort == SG_AGAIN && problem == w->stuck;
+    const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     const int ahead =
-        effort == SG_AGAIN && problem + 1 == w->stuck && sg_problems[w->stuck].follows;
+        effort == SG_AGAIN && problem + 1 == w->found.stuck && sg_problems[w->found.stuck].follows;
     switch (attempt) {
         case SG_HOLD:
             return stuck || ahead;
@@ -240,13 +176,12 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
-    const int stuck = effort == SG_AGAIN && problem == w->stuck;
+    const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     /* of the first half of the iterations something is left for what comes after more paths */
     const int half = opt->max_iterations / 2;
     const int on = effort == SG_WHOLE && half < end ? half : end;
     int attempt;
-    w->lenient = stuck;
-    w->careful = stuck;
+    w->smooth.pivoting = stuck;
     sg_prox_parameters(w, opt, problem);
     for (attempt = SG_HOLD; attempt < SG_ATTEMPTS && status != SG_K(OK) && info->iterations < end;
          ++attempt) {
@@ -255,7 +190,10 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         if (!sg_is_tried(w, problem, attempt, warm, effort)) {
             continue;
         }
-        w->at_rest = attempt == SG_WARM_START && s->order < 0;
+        w->newton.mode = stuck                                      ? SG_LAST_RESORT
+                         : attempt == SG_WARM_START && s->order < 0 ? SG_AT_REST
+                         : w->smooth.pivoting                       ? SG_LATER_ATTEMPT
+                                                                    : SG_FIRST_ATTEMPT;
         if (attempt == SG_WARM_START) {
             sg_warm_start(w, s, problem);
         } else {
@@ -271,16 +209,17 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                                end, &measure);
         } else if (attempt == SG_FOLLOW_ON) {
             status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
-        } else if (SG_SPATIAL &&
-                   attempt == SG_FOLLOW_CENTRAL) { /* no code where it is not needed */
+#if SG_SPATIAL
+        } else if (attempt == SG_FOLLOW_CENTRAL) {
             status = sg_follow_central(w, par, opt, info, problem,
                                        effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_CENTRAL_TURNS,
                                        end, &measure);
+#endif
         } else {
             status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
                                &info->iterations, &measure);
         }
-        w->careful = 1;
+        w->smooth.pivoting = 1;
         if (status == SG_K(OK)) {
             sg_choose(w, s, par, opt, info, problem, info->iterations > used, &measure);
             sg_keep_rows(w, problem);
@@ -294,7 +233,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
         }
     }
     if (status == SG_K(OK)) {
-        const int choice = w->choice[problem];
+        const int choice = w->found.choice[problem];
         info->percussions = choice > info->percussions ? choice : info->percussions;
         info->residual = sg_max(info->residual, measure * sg_max(opt->tol, SG_FLOOR));
     }

@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_real.h"
+
 /* Sparse matrices by rows. Their patterns are tables, known when the code is generated. */
 
 /* Where the tables of a matrix begin in sg_table: entries start[i] ... start[i + 1] - 1 belong to

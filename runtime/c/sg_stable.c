@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_contract.h"
+
 /* The largest stable step, estimated at a state: below the first step size at which the scheme
    amplifies the fastest linear oscillation of the model, with stiffness and inertia as they are
    there. */
@@ -100,8 +103,7 @@ static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, r
     real value = SG_C(0.0);
     int round, i;
     for (i = 0; i < n; ++i) {
-        const int spread = (37 * i) % 64;
-        x[i] = SG_C(1.0) + (real)spread / SG_C(64.0);
+        x[i] = sg_irregular(i);
     }
     if (!sg_admissible(n, m, Q, x)) {
         return SG_C(0.0);
@@ -124,59 +126,59 @@ static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, r
 real SG(stable_step)(const SG(params) * par, real t, const real q[], const real v[], const real u[],
                      const real force[], real scratch[]) {
     real *M = scratch;
-    real *K = &scratch[SG_NQ * SG_NQ];
-    real *part = &scratch[2 * SG_NQ * SG_NQ];
+    real *K = &scratch[SG_N_Q * SG_N_Q];
+    real *part = &scratch[2 * SG_N_Q * SG_N_Q];
     real *Q = part; /* the parts of K are added up before */
-    real *x = &scratch[SG_STABLE - 2 * SG_NQ];
-    real *y = &scratch[SG_STABLE - SG_NQ];
-    const int m = SG_NG + SG_NGAMMA;
+    real *x = &scratch[SG_STABLE - 2 * SG_N_Q];
+    real *y = &scratch[SG_STABLE - SG_N_Q];
+    const int m = SG_N_G + SG_N_GAMMA;
     real bound = SG_C(0.0);
     real top;
     int i, j;
     SG(p_v)(t, q, v, par, M);
     SG(L_q_q)(t, q, v, par, K);
     SG(f_q)(t, q, v, u, par, part);
-    for (i = 0; i < SG_NQ * SG_NQ; ++i) {
+    for (i = 0; i < SG_N_Q * SG_N_Q; ++i) {
         K[i] = -(K[i] + part[i]);
     }
     if (force != NULL) {
         SG(WR_q)(t, q, force, par, part);
-        for (i = 0; i < SG_NQ * SG_NQ; ++i) {
+        for (i = 0; i < SG_N_Q * SG_N_Q; ++i) {
             K[i] -= part[i];
         }
     }
-    for (i = 0; i < SG_NQ; ++i) {
+    for (i = 0; i < SG_N_Q; ++i) {
         for (j = 0; j < i; ++j) {
-            const real mean = SG_C(0.5) * (K[i * SG_NQ + j] + K[j * SG_NQ + i]);
-            K[i * SG_NQ + j] = mean;
-            K[j * SG_NQ + i] = mean;
+            const real mean = SG_C(0.5) * (K[i * SG_N_Q + j] + K[j * SG_N_Q + i]);
+            K[i * SG_N_Q + j] = mean;
+            K[j * SG_N_Q + i] = mean;
         }
     }
-    if (!sg_all_finite(SG_NQ * SG_NQ, K) || !sg_cholesky(SG_NQ, M)) {
+    if (!sg_all_finite(SG_N_Q * SG_N_Q, K) || !sg_cholesky(SG_N_Q, M)) {
         return SG_HUGE;
     }
     /* K := L^-1 K L^-T; directions of constraints likewise */
-    for (i = 0; i < SG_NQ; ++i) {
-        sg_forward(SG_NQ, M, SG_NQ, &K[i]);
+    for (i = 0; i < SG_N_Q; ++i) {
+        sg_forward(SG_N_Q, M, SG_N_Q, &K[i]);
     }
-    for (i = 0; i < SG_NQ; ++i) {
-        sg_forward(SG_NQ, M, 1, &K[i * SG_NQ]);
+    for (i = 0; i < SG_N_Q; ++i) {
+        sg_forward(SG_N_Q, M, 1, &K[i * SG_N_Q]);
     }
     SG(bilateral_directions)(t, q, par, Q);
     for (j = 0; j < m; ++j) {
-        sg_forward(SG_NQ, M, 1, &Q[j * SG_NQ]);
+        sg_forward(SG_N_Q, M, 1, &Q[j * SG_N_Q]);
     }
-    sg_orthonormal(SG_NQ, m, Q);
-    sg_project(SG_NQ, m, Q, K);
+    sg_orthonormal(SG_N_Q, m, Q);
+    sg_project(SG_N_Q, m, Q, K);
     /* moved by the largest sum of a row no eigenvalue is negative: an instability of the model's
        own, or one as large as the fastest oscillation, does not hide it */
-    for (i = 0; i < SG_NQ; ++i) {
+    for (i = 0; i < SG_N_Q; ++i) {
         real sum = SG_C(0.0);
-        for (j = 0; j < SG_NQ; ++j) {
-            sum += SG_FABS(K[i * SG_NQ + j]);
+        for (j = 0; j < SG_N_Q; ++j) {
+            sum += SG_FABS(K[i * SG_N_Q + j]);
         }
         bound = sg_max(bound, sum);
     }
-    top = sg_extreme(SG_NQ, m, K, Q, bound, x, y);
+    top = sg_extreme(SG_N_Q, m, K, Q, bound, x, y);
     return top > SG_TINY ? SG_STABLE_PHASE / SG_SQRT(top) : SG_HUGE;
 }

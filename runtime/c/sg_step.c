@@ -1,3 +1,6 @@
+#pragma once
+#include "sg_solve.c"
+
 /* One step from state to state: start, problems in turn, check, substeps as the last resort. */
 
 static int sg_is_coefficient(real x, real top) { return x >= SG_C(0.0) && x <= top; }
@@ -6,21 +9,22 @@ static int sg_is_coefficient(real x, real top) { return x >= SG_C(0.0) && x <= t
 static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         int closed = sg_contacts[k].normal < 0;
         int pushed = 0;
         const int n = SG_NORMAL + sg_contacts[k].normal;
         for (slot = 0; slot < pr->n_slots && !closed; ++slot) {
-            const int row = slot * SG_NC + n;
-            const real R = w->lambda[pr->lambda + row];
+            const int row = slot * SG_N_R + n;
+            const real percussion = w->R[pr->R + row];
             const int last = slot + 1 == pr->n_slots;
-            pushed = pushed || R > SG_BAND * w->phi_floor[row];
+            pushed = pushed || percussion > SG_BAND * w->scales.phi_floor[row];
             if (last || opt->active_set != SG_K(ACTIVE_END)) {
-                closed = sg_is_closed(w->r_auto[row] * w->y[row] - R, SG_BAND * w->phi_floor[row]);
+                closed = sg_is_closed(w->scales.r_auto[row] * w->y[row] - percussion,
+                                      SG_BAND * w->scales.phi_floor[row]);
             }
         }
-        w->active[k] = closed && w->exists[k];
-        if (pushed && !w->active[k]) {
+        w->found.active[k] = closed && w->found.exists[k];
+        if (pushed && !w->found.active[k]) {
             ++info->lost_impacts;
         }
     }
@@ -31,9 +35,9 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (slot = 0; slot < pr->gap_slots; ++slot) {
-        for (k = 0; k < SG_NK; ++k) {
-            if (sg_contacts[k].normal >= 0 && w->exists[k]) {
-                const real gap = w->y[slot * SG_NC + SG_NORMAL + sg_contacts[k].normal];
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            if (sg_contacts[k].normal >= 0 && w->found.exists[k]) {
+                const real gap = w->y[slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal];
                 info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;
             }
         }
@@ -42,16 +46,16 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
 
 /* Terms of (t_n, q_n): the step before left them in the state, unless something changed since. */
 static void sg_recall(SG(work) * w, const SG(params) * par) {
-#if SG_KEY > 0
+#if SG_N_KEY > 0
     SG(state) *s = &w->trial;
     int k;
     SG(key)(w->t, w->q, par, w->key);
-    for (k = 0; k < SG_KEY; ++k) {
+    for (k = 0; k < SG_N_KEY; ++k) {
         s->has_terms = s->has_terms && s->key[k] == w->key[k];
     }
     if (!s->has_terms) {
         SG(evaluate_terms)(w->t, w->q, par, s->terms);
-        sg_copy(SG_KEY, w->key, s->key);
+        sg_copy(SG_N_KEY, w->key, s->key);
         s->has_terms = 1;
     }
 #else
@@ -64,17 +68,17 @@ static void sg_recall(SG(work) * w, const SG(params) * par) {
 static void sg_begin(SG(work) * w, const SG(params) * par, real t, real h) {
     w->t = t;
     w->h = h;
-    sg_copy(SG_NQ, w->trial.q, w->q);
-    sg_copy(SG_NQ, w->trial.v, w->v);
+    sg_copy(SG_N_Q, w->trial.q, w->q);
+    sg_copy(SG_N_Q, w->trial.v, w->v);
     sg_recall(w, par);
     SG(start)(w, par);
 }
 
 /* Keep the terms of the end of the step, and what they belong to. */
 static void sg_retain(SG(work) * w, const SG(params) * par) {
-#if SG_KEY > 0
+#if SG_N_KEY > 0
     SG(key)(w->t + w->h, w->q_end, par, w->trial.key);
-    sg_copy(SG_TERMS, &w->terms[(SG_STAGES - 2) * SG_TERMS], w->trial.terms);
+    sg_copy(SG_N_TERMS, &w->terms[(SG_N_STAGES - 2) * SG_N_TERMS], w->trial.terms);
     w->trial.has_terms = 1;
 #else
     (void)w;
@@ -89,40 +93,43 @@ static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * 
     int problem, k, status;
     int warm;
     sg_begin(w, par, t, h);
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         if (!sg_is_coefficient(w->mu[k], SG_HUGE) || !sg_is_coefficient(w->e_N[k], SG_C(1.0)) ||
             !sg_is_coefficient(w->e_F[k], SG_C(1.0))) {
             return SG_K(BAD_ARGUMENT);
         }
-        w->exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
-        w->active[k] = w->exists[k];
+        w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
+        w->found.active[k] = w->found.exists[k];
     }
-    if (!sg_all_finite(sg_table[sg_mass.start + SG_NQ], w->mass) || !sg_all_finite(SG_NQ, w->p) ||
-        !sg_all_finite(SG_NQ, w->force_size) || !sg_all_finite(SG_NK, w->guard)) {
+    if (!sg_elliptic_begin(w)) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    if (!sg_all_finite(sg_table[sg_mass.start + SG_N_Q], w->mass) || !sg_all_finite(SG_N_Q, w->p) ||
+        !sg_all_finite(SG_N_Q, w->force_size) || !sg_all_finite(SG_N_CONTACTS, w->guard)) {
         return SG_K(NONFINITE);
     }
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);
     }
     warm = s->warm && s->h_guess == h;
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
         if (status != SG_K(OK)) {
-            w->stuck = problem;
+            w->found.stuck = problem;
             return status;
         }
-        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
+        if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows) {
             sg_activity(w, opt, info, problem);
             if (!sg_check_active(w, opt, problem)) {
-                w->stuck = problem;
+                w->found.stuck = problem;
                 return SG_K(REJECTED);
             }
         }
         sg_smallest_gap(w, info, problem);
     }
     SG(finish)(w);
-    return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end) ? SG_K(OK)
-                                                                            : SG_K(NONFINITE);
+    return sg_all_finite(SG_N_Q, w->q_end) && sg_all_finite(SG_N_Q, w->v_end) ? SG_K(OK)
+                                                                              : SG_K(NONFINITE);
 }
 
 /* Backward differences of the solutions of steps of the same size and contact state, and the order
@@ -137,39 +144,40 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
     int i, j;
     sg_fill(3, SG_C(0.0), error);
     if (known > 0) {
-        for (i = 0; i < SG_NX_TOTAL; i += SG_NQ) {
-            for (j = 0; j < SG_NQ; ++j) {
+        for (i = 0; i < SG_N_X_TOTAL; i += SG_N_Q) {
+            for (j = 0; j < SG_N_Q; ++j) {
                 const real d_1 = w->x[i + j] - s->x[i + j];
                 const real d_2 = d_1 - s->x_1[i + j];
                 const real d_3 = d_2 - s->x_2[i + j];
                 /* velocities of the stages are as rough as the positions over the step size */
-                noise += SG_FLOOR * (w->pace[j] + SG_FABS(w->q[j]) / w->h) * w->root_inertia[j];
-                apart += SG_FABS(w->x[i + j] - w->v[j]) * w->root_inertia[j];
-                error[0] += SG_FABS(d_1) * w->root_inertia[j];
-                error[1] += SG_FABS(d_2) * w->root_inertia[j];
-                error[2] += SG_FABS(d_3) * w->root_inertia[j];
+                noise += SG_FLOOR * (w->scales.pace[j] + SG_FABS(w->q[j]) / w->h) *
+                         w->masses.root_inertia[j];
+                apart += SG_FABS(w->x[i + j] - w->v[j]) * w->masses.root_inertia[j];
+                error[0] += SG_FABS(d_1) * w->masses.root_inertia[j];
+                error[1] += SG_FABS(d_2) * w->masses.root_inertia[j];
+                error[2] += SG_FABS(d_3) * w->masses.root_inertia[j];
                 s->x[i + j] = w->x[i + j];
                 s->x_1[i + j] = d_1;
                 s->x_2[i + j] = d_2;
             }
         }
-        for (i = 0; i < SG_NL_TOTAL; ++i) {
-            const real d_1 = w->lambda[i] - s->lambda[i];
-            s->lambda_2[i] = d_1 - s->lambda_1[i];
-            s->lambda_1[i] = d_1;
-            s->lambda[i] = w->lambda[i];
+        for (i = 0; i < SG_N_ROWS_TOTAL; ++i) {
+            const real d_1 = w->R[i] - s->R[i];
+            s->R_2[i] = d_1 - s->R_1[i];
+            s->R_1[i] = d_1;
+            s->R[i] = w->R[i];
         }
     } else {
         /* at first velocities move on by the change of v */
-        for (i = 0; i < SG_NX_TOTAL; ++i) {
+        for (i = 0; i < SG_N_X_TOTAL; ++i) {
             s->x[i] = w->x[i];
-            s->x_1[i] = w->v_end[i % SG_NQ] - w->v[i % SG_NQ];
+            s->x_1[i] = w->v_end[i % SG_N_Q] - w->v[i % SG_N_Q];
             s->x_2[i] = SG_C(0.0);
         }
-        for (i = 0; i < SG_NL_TOTAL; ++i) {
-            s->lambda[i] = w->lambda[i];
-            s->lambda_1[i] = SG_C(0.0);
-            s->lambda_2[i] = SG_C(0.0);
+        for (i = 0; i < SG_N_ROWS_TOTAL; ++i) {
+            s->R[i] = w->R[i];
+            s->R_1[i] = SG_C(0.0);
+            s->R_2[i] = SG_C(0.0);
         }
     }
     s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
@@ -184,20 +192,20 @@ static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
 
 /* State of contact k at the end of the (sub)step, from its rows in the last problem. */
 static int sg_contact_state(const SG(work) * w, int k) {
-    const sg_problem *pr = &sg_problems[SG_PROBLEMS - 1];
+    const sg_problem *pr = &sg_problems[SG_N_PROBLEMS - 1];
     const sg_contact *contact = &sg_contacts[k];
-    const int base = (pr->n_slots - 1) * SG_NC;
+    const int base = (pr->n_slots - 1) * SG_N_R;
     const int f = SG_SLIP + contact->friction;
-    const real *slip = &w->y_found[pr->lambda + base + f];
+    const real *slip = &w->found.y[pr->R + base + f];
     if (contact->normal >= 0 &&
-        (!w->active[k] || w->kind[base + SG_NORMAL + contact->normal] == SG_ROW_ZERO)) {
+        (!w->found.active[k] || w->rows.kind[base + SG_NORMAL + contact->normal] == SG_ROW_ZERO)) {
         return SG_K(OPEN);
     }
     if (contact->components == 0) {
         return SG_K(CLOSED);
     }
-    if (w->kind[base + f] == SG_ROW_FREE ||
-        !(sg_norm(contact->components, slip) > SG_FLOOR * w->speed[f])) {
+    if (w->rows.kind[base + f] == SG_ROW_FREE ||
+        !(sg_norm(contact->components, slip) > SG_FLOOR * w->scales.speed[f])) {
         return SG_K(STICK);
     }
     return contact->components == 1 && slip[0] < SG_C(0.0) ? SG_K(SLIP_BACK) : SG_K(SLIP);
@@ -207,7 +215,7 @@ static int sg_contact_state(const SG(work) * w, int k) {
 static int sg_approaches(const SG(work) * w, int k) {
     const int n = SG_NORMAL + sg_contacts[k].normal;
     const real rate = w->drift[n] + sg_row_dot(&sg_direction, w->direction, n, w->v);
-    return rate < -SG_CHECK * w->speed[n];
+    return rate < -SG_CHECK * w->scales.speed[n];
 }
 
 /* Take over the end of the step; where contacts opened, closed or impacted the next starts cold. */
@@ -215,8 +223,8 @@ static void sg_commit(SG(work) * w, const SG(params) * par, SG(info) * info) {
     SG(state) *s = &w->trial;
     int k;
     int same = 1;
-    for (k = 0; k < SG_NK; ++k) {
-        const int closed = w->active[k];
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const int closed = w->found.active[k];
         const int now = sg_contact_state(w, k);
         if (closed != s->closed[k]) {
             same = 0;
@@ -230,19 +238,19 @@ static void sg_commit(SG(work) * w, const SG(params) * par, SG(info) * info) {
         info->contact[k] = now;
     }
     sg_remember(s, w, same);
-    sg_copy(SG_NQ, w->q_end, s->q);
-    sg_copy(SG_NQ, w->v_end, s->v);
+    sg_copy(SG_N_Q, w->q_end, s->q);
+    sg_copy(SG_N_Q, w->v_end, s->v);
     sg_retain(w, par);
     s->h_guess = w->h;
-    for (k = 0; k < SG_PROBLEMS; ++k) {
-        s->states[k] = w->states[k];
-        s->choice[k] = w->choice[k];
+    for (k = 0; k < SG_N_PROBLEMS; ++k) {
+        s->states[k] = w->found.states[k];
+        s->choice[k] = w->found.choice[k];
     }
 }
 
 static void sg_reset_info(SG(info) * info) {
     int k;
-    for (k = 0; k < SG_NK; ++k) {
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         info->contact[k] = SG_K(UNKNOWN);
         info->impacts[k] = 0;
     }
@@ -254,7 +262,7 @@ static void sg_reset_info(SG(info) * info) {
     info->lost_impacts = 0;
     info->residual = SG_C(0.0);
     info->smallest_gap = SG_HUGE;
-    sg_fill(SG_NC, SG_C(0.0), info->P);
+    sg_fill(SG_N_R, SG_C(0.0), info->P);
 }
 
 /* Report anew, but for the iterations. */
@@ -266,41 +274,41 @@ static void sg_forget(SG(info) * info) {
 
 static void sg_reset_guess(SG(state) * s) {
     int k;
-    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x);
-    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda);
-    for (k = 0; k < SG_NK; ++k) {
+    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x);
+    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
         s->closed[k] = 0;
         s->contact[k] = SG_K(UNKNOWN);
     }
-    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_1);
-    sg_fill(SG_NX_TOTAL, SG_C(0.0), s->x_2);
-    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_1);
-    sg_fill(SG_NL_TOTAL, SG_C(0.0), s->lambda_2);
-    for (k = 0; k < SG_PROBLEMS; ++k) {
+    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x_1);
+    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x_2);
+    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R_1);
+    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R_2);
+    for (k = 0; k < SG_N_PROBLEMS; ++k) {
         s->states[k] = 0;
         s->choice[k] = SG_UNIQUE;
     }
     s->warm = 0;
     s->order = 0;
     s->h_guess = SG_C(0.0);
-#if SG_KEY > 0
+#if SG_N_KEY > 0
     s->has_terms = 0;
-    sg_fill(SG_KEY, SG_C(0.0), s->key);
-    sg_fill(SG_TERMS, SG_C(0.0), s->terms);
+    sg_fill(SG_N_KEY, SG_C(0.0), s->key);
+    sg_fill(SG_N_TERMS, SG_C(0.0), s->terms);
 #endif
 }
 
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
-    if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_NQ, q) ||
-        !sg_all_finite(SG_NQ, v)) {
+    if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_N_Q, q) ||
+        !sg_all_finite(SG_N_Q, v)) {
         return SG_K(BAD_ARGUMENT);
     }
     s->t = t;
     s->t_grid = t;
     s->h_grid = SG_C(0.0);
     s->n_grid = SG_C(0.0);
-    sg_copy(SG_NQ, q, s->q);
-    sg_copy(SG_NQ, v, s->v);
+    sg_copy(SG_N_Q, q, s->q);
+    sg_copy(SG_N_Q, v, s->v);
     sg_reset_guess(s);
     return SG_K(OK);
 }
@@ -323,7 +331,7 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     int stride = rest;
     int j;
     if (s == NULL || w == NULL || info == NULL || par == NULL || opt == NULL ||
-        (SG_NU > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt) ||
+        (SG_N_U > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt) ||
         (sg_finite(s->t) && !sg_finite(s->t + h))) {
         if (info != NULL) {
             sg_reset_info(info);
@@ -332,14 +340,14 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
         return SG_K(BAD_ARGUMENT);
     }
     sg_reset_info(info);
-    if (!sg_all_finite(SG_NQ, s->q) || !sg_all_finite(SG_NQ, s->v) || !sg_finite(s->t) ||
-        !sg_all_finite(SG_NU, u)) {
+    if (!sg_all_finite(SG_N_Q, s->q) || !sg_all_finite(SG_N_Q, s->v) || !sg_finite(s->t) ||
+        !sg_all_finite(SG_N_U, u)) {
         info->status = SG_K(NONFINITE);
         return info->status;
     }
     w->trial = *s;
-    w->stuck = -1;
-    for (j = 0; j < SG_NU; ++j) {
+    w->found.stuck = -1;
+    for (j = 0; j < SG_N_U; ++j) {
         w->u[j] = u[j];
     }
     while (done < rest) {
@@ -356,7 +364,7 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
         if (status == SG_K(OK)) {
             done += stride;
             sg_commit(w, par, info);
-            for (j = 0; j < SG_NC; ++j) {
+            for (j = 0; j < SG_N_R; ++j) {
                 info->P[j] += w->P[j];
             }
             if (level > 0) {

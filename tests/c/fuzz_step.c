@@ -55,18 +55,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     m_info info;
     m_params par = m_default_params();
     m_options opt = m_default_options();
-    double q[SG_NQ], v[SG_NQ], u[SG_NU + 1];
+    double q[SG_N_Q], v[SG_N_Q], u[SG_N_U + 1];
     double t, h;
     int j, step, status, wild;
     bytes = data;
     left = size;
     wild = byte() % 4 == 0;
     m_initial_state(&par, &t, q, v);
-    for (j = 0; j < SG_NQ; ++j) {
+    for (j = 0; j < SG_N_Q; ++j) {
         q[j] += number(1.0);
         v[j] += number(4.0);
     }
-    for (j = 0; j < SG_NU + 1; ++j) {
+    for (j = 0; j < SG_N_U + 1; ++j) {
         u[j] = number(10.0);
     }
     h = byte() % 8 == 0 ? number(1e3) : 1e-3 * (double)(1 + byte());
@@ -94,7 +94,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         before = state;
         if (byte() % 16 == 0) {
             /* a guess out of nowhere */
-            for (j = 0; j < SG_NX_TOTAL; ++j) {
+            for (j = 0; j < SG_N_X_TOTAL; ++j) {
                 state.x[j] = number(10.0);
             }
             before = state;
@@ -107,7 +107,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             return 0;
         }
         ENSURE(info.iterations <= opt.max_iterations);
-        for (j = 0; j < SG_NQ; ++j) {
+        for (j = 0; j < SG_N_Q; ++j) {
             ENSURE(state.q[j] - state.q[j] == 0.0 && state.v[j] - state.v[j] == 0.0);
         }
     }

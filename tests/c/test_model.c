@@ -19,9 +19,9 @@ static int counted[11];
         }                                                                        \
     } while (0)
 
-#define ROWS (SG_NL_TOTAL > 0 ? SG_NL_TOTAL : 1)
-#define SLOPES SG_NX_TOTAL
-#define INPUTS (SG_NU > 0 ? SG_NU : 1)
+#define ROWS (SG_N_ROWS_TOTAL > 0 ? SG_N_ROWS_TOTAL : 1)
+#define SLOPES SG_N_X_TOTAL
+#define INPUTS (SG_N_U > 0 ? SG_N_U : 1)
 
 static m_work work, other;
 static m_params par;
@@ -39,11 +39,11 @@ static double uniform(void) {
 
 /* A start near the model's own one. Its velocities are drawn where no constraint forbids it. */
 static void draw_start(void) {
-    double t, q[SG_NQ], v[SG_NQ];
+    double t, q[SG_N_Q], v[SG_N_Q];
     int j;
     m_initial_state(&par, &t, q, v);
-    for (j = 0; j < SG_NQ; ++j) {
-        if (SG_NG + SG_NGAMMA == 0) {
+    for (j = 0; j < SG_N_Q; ++j) {
+        if (SG_N_G + SG_N_GAMMA == 0) {
             v[j] += 2.0 * uniform();
         }
     }
@@ -56,16 +56,17 @@ static void draw_start(void) {
 /* A step opened by hand: start, masses, prox parameters; all contacts take part. */
 static void open_step(double h) {
     int k, problem;
-    work.careful = 0;
-    work.deficiency = 0;
-    sg_copy(SG_NU, u, work.u);
+    work.newton.mode = SG_FIRST_ATTEMPT;
+    work.smooth.pivoting = 0;
+    work.system.deficiency = 0;
+    sg_copy(SG_N_U, u, work.u);
     work.trial = state;
     sg_begin(&work, &par, state.t, h);
     ENSURE(sg_masses(&work));
-    for (k = 0; k < SG_NK; ++k) {
-        work.exists[k] = work.active[k] = 1;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        work.found.exists[k] = work.found.active[k] = 1;
     }
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         sg_prox_parameters(&work, &opt, problem);
     }
 }
@@ -74,47 +75,47 @@ static void draw_unknowns(int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int i;
     for (i = 0; i < pr->n_x; ++i) {
-        work.x[pr->x + i] = state.v[i % SG_NQ] + 0.3 * uniform();
+        work.x[pr->x + i] = state.v[i % SG_N_Q] + 0.3 * uniform();
     }
-    for (i = 0; i < pr->n_slots * SG_NC; ++i) {
-        work.lambda[pr->lambda + i] = 0.4 * uniform();
+    for (i = 0; i < pr->n_slots * SG_N_R; ++i) {
+        work.R[pr->R + i] = 0.4 * uniform();
     }
 }
 
-/* Row i of [A B] (dx, dlambda); rows and dx in elimination order. */
+/* Row i of [A B] (dx, dR); rows and dx in elimination order. */
 static double smooth_row(const m_work *w, const sg_problem *pr, int i, const double *dx,
-                         const double *dlambda) {
-    static double column[SG_NX_TOTAL];
+                         const double *dR) {
+    static double column[SG_N_X_TOTAL];
     double sum = 0.0;
     int k;
     for (k = sg_table[pr->K.start + i];
          k < sg_table[pr->K.start + i + 1] && sg_table[pr->K.index + k] < pr->n_x; ++k) {
         sum += w->K[k] * dx[sg_table[pr->K.index + k]];
     }
-    for (k = 0; k < pr->n_slots * SG_NC; ++k) {
+    for (k = 0; k < pr->n_slots * SG_N_R; ++k) {
         sg_fill(pr->n_x, 0.0, column);
         sg_add_row(&pr->B, w->B, k, 1.0, column);
-        sum += column[i] * dlambda[k];
+        sum += column[i] * dR[k];
     }
     return sum;
 }
 
 /* Change of phi in row k for a direction. */
 static double contact_row(const m_work *w, const sg_problem *pr, int k, const double *dx,
-                          const double *dlambda) {
+                          const double *dR) {
     static double dy[ROWS], zero[ROWS];
-    const int n_lambda = pr->n_slots * SG_NC;
+    const int n_rows = pr->n_slots * SG_N_R;
     double sum;
     int i;
-    if (w->kind[k] == SG_ROW_ZERO) {
-        return dlambda[k];
+    if (w->rows.kind[k] == SG_ROW_ZERO) {
+        return dR[k];
     }
-    for (i = 0; i < n_lambda; ++i) {
+    for (i = 0; i < n_rows; ++i) {
         dy[i] = sg_row_dot(&pr->C, w->C, i, dx);
     }
     sum = sg_phi_change(w, pr, k, dy, sg_bound_change(w, pr, k, dx), -1);
-    for (i = 0; i < n_lambda; ++i) {
-        sum += sg_phi_change(w, pr, k, zero, 0.0, i) * dlambda[i];
+    for (i = 0; i < n_rows; ++i) {
+        sum += sg_phi_change(w, pr, k, zero, 0.0, i) * dR[i];
     }
     return sum;
 }
@@ -127,11 +128,11 @@ static void test_newton_matrix(void) {
         open_step(0.02);
         draw_unknowns(0);
         sg_evaluate(&work, &par, &opt, 0);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
-            const int n_lambda = pr->n_slots * SG_NC;
+            const int n_rows = pr->n_slots * SG_N_R;
             const double eps = 1e-6;
-            static double dr[SG_NX_TOTAL], dphi[ROWS], r_plus[SG_NX_TOTAL];
+            static double dr[SG_N_X_TOTAL], dphi[ROWS], r_plus[SG_N_X_TOTAL];
             static double phi_plus[ROWS];
             static int kind[ROWS];
             int same = 1;
@@ -139,39 +140,40 @@ static void test_newton_matrix(void) {
             sg_evaluate(&work, &par, &opt, problem);
             m_derivatives(&work, &par, problem);
             for (i = 0; i < pr->n_x; ++i) {
-                work.dx[i] = uniform();
+                work.smooth.dx[i] = uniform();
             }
-            for (k = 0; k < n_lambda; ++k) {
-                work.dlambda[k] = uniform();
-                kind[k] = work.kind[k];
+            for (k = 0; k < n_rows; ++k) {
+                work.newton.dR[k] = uniform();
+                kind[k] = work.rows.kind[k];
             }
             for (i = 0; i < pr->n_x; ++i) {
-                dr[sg_table[pr->K.order + i]] = smooth_row(&work, pr, i, work.dx, work.dlambda);
+                dr[sg_table[pr->K.order + i]] =
+                    smooth_row(&work, pr, i, work.smooth.dx, work.newton.dR);
             }
-            for (k = 0; k < n_lambda; ++k) {
-                dphi[k] = contact_row(&work, pr, k, work.dx, work.dlambda);
+            for (k = 0; k < n_rows; ++k) {
+                dphi[k] = contact_row(&work, pr, k, work.smooth.dx, work.newton.dR);
                 ++counted[kind[k]];
             }
-            sg_copy(pr->n_x, &work.x[pr->x], work.x_old);
-            sg_copy(n_lambda, &work.lambda[pr->lambda], work.lambda_old);
+            sg_copy(pr->n_x, &work.x[pr->x], work.newton.x_old);
+            sg_copy(n_rows, &work.R[pr->R], work.newton.R_old);
             sg_move(&work, problem, eps);
             sg_evaluate(&work, &par, &opt, problem);
             sg_copy(pr->n_x, work.r, r_plus);
-            sg_copy(n_lambda, work.phi, phi_plus);
-            for (k = 0; k < n_lambda; ++k) {
-                same = same && kind[k] == work.kind[k];
+            sg_copy(n_rows, work.rows.phi, phi_plus);
+            for (k = 0; k < n_rows; ++k) {
+                same = same && kind[k] == work.rows.kind[k];
             }
             sg_move(&work, problem, -eps);
             sg_evaluate(&work, &par, &opt, problem);
-            for (k = 0; k < n_lambda; ++k) {
-                same = same && kind[k] == work.kind[k];
+            for (k = 0; k < n_rows; ++k) {
+                same = same && kind[k] == work.rows.kind[k];
             }
             for (i = 0; i < pr->n_x; ++i) {
                 const double slope = (r_plus[i] - work.r[i]) / (2.0 * eps);
                 ENSURE(fabs(slope - dr[i]) <= 1e-6 * (1.0 + fabs(slope)));
             }
-            for (k = 0; k < n_lambda && same; ++k) {
-                const double slope = (phi_plus[k] - work.phi[k]) / (2.0 * eps);
+            for (k = 0; k < n_rows && same; ++k) {
+                const double slope = (phi_plus[k] - work.rows.phi[k]) / (2.0 * eps);
                 ENSURE(fabs(slope - dphi[k]) <= 1e-5 * (1.0 + fabs(slope)));
             }
             sg_move(&work, problem, 0.0);
@@ -186,9 +188,9 @@ static void test_newton_direction(void) {
     for (trial = 0; trial < 40; ++trial) {
         draw_start();
         open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
-            const int n_lambda = pr->n_slots * SG_NC;
+            const int n_rows = pr->n_slots * SG_N_R;
             draw_unknowns(problem);
             sg_evaluate(&work, &par, &opt, problem);
             m_derivatives(&work, &par, problem);
@@ -196,19 +198,19 @@ static void test_newton_direction(void) {
             if (sg_newton_direction(&work, &opt, problem, 0) == 0) {
                 double size = 0.0;
                 for (i = 0; i < pr->n_x; ++i) {
-                    size = sg_max(size, fabs(work.dx[i]));
+                    size = sg_max(size, fabs(work.smooth.dx[i]));
                 }
-                for (k = 0; k < n_lambda; ++k) {
-                    size = sg_max(size, fabs(work.dlambda[k]));
+                for (k = 0; k < n_rows; ++k) {
+                    size = sg_max(size, fabs(work.newton.dR[k]));
                 }
                 for (i = 0; i < pr->n_x; ++i) {
                     const double sum = other.r[sg_table[pr->K.order + i]] +
-                                       smooth_row(&other, pr, i, work.dx, work.dlambda);
+                                       smooth_row(&other, pr, i, work.smooth.dx, work.newton.dR);
                     ENSURE(fabs(sum) <= 1e-9 * (1.0 + size));
                 }
-                for (k = 0; k < n_lambda; ++k) {
-                    const double sum =
-                        other.phi[k] + contact_row(&other, pr, k, work.dx, work.dlambda);
+                for (k = 0; k < n_rows; ++k) {
+                    const double sum = other.rows.phi[k] +
+                                       contact_row(&other, pr, k, work.smooth.dx, work.newton.dR);
                     ENSURE(fabs(sum) <= 1e-7 * (1.0 + size));
                 }
                 ++counted[3];
@@ -221,37 +223,40 @@ static void test_newton_direction(void) {
 
 /* Elimination with the border, without it, and with exchange of rows give the same direction. */
 static void test_eliminations_agree(void) {
-    static double dx[SG_NX_TOTAL], dlambda[ROWS];
+    static double dx[SG_N_X_TOTAL], dR[ROWS];
     int trial, problem, way, i, k;
     for (trial = 0; trial < 20; ++trial) {
         draw_start();
         open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
-            const int n_lambda = pr->n_slots * SG_NC;
+            const int n_rows = pr->n_slots * SG_N_R;
             draw_unknowns(problem);
             sg_evaluate(&work, &par, &opt, problem);
             m_derivatives(&work, &par, problem);
             for (way = 0; way < 3; ++way) {
                 int n;
-                work.careful = way == 2;
+                work.smooth.pivoting = way == 2;
                 n = sg_reduce(&work, problem, way == 0);
-                ENSURE(n >= 0 && (way == 0 || !work.bordered) && work.exchanged == (way == 2));
+                ENSURE(n >= 0 && (way == 0 || !work.smooth.bordered) &&
+                       work.smooth.exchanged == (way == 2));
                 if (n < 0 || !sg_solve_regular(&work, n)) {
                     break; /* dependent rows: each way finds another of many percussions */
                 }
                 sg_expand_direction(&work, pr, n);
                 for (i = 0; i < pr->n_x; ++i) {
-                    ENSURE(way == 0 || fabs(work.dx[i] - dx[i]) <= 1e-8 * (1.0 + fabs(dx[i])));
-                    dx[i] = work.dx[i];
-                }
-                for (k = 0; k < n_lambda; ++k) {
                     ENSURE(way == 0 ||
-                           fabs(work.dlambda[k] - dlambda[k]) <= 1e-8 * (1.0 + fabs(dlambda[k])));
-                    dlambda[k] = work.dlambda[k];
+                           fabs(work.smooth.dx[i] - dx[i]) <= 1e-8 * (1.0 + fabs(dx[i])));
+                    dx[i] = work.smooth.dx[i];
+                }
+                for (k = 0; k < n_rows; ++k) {
+                    ENSURE(way == 0 ||
+                           fabs(work.newton.dR[k] - dR[k]) <= 1e-8 * (1.0 + fabs(dR[k])));
+                    dR[k] = work.newton.dR[k];
                 }
             }
-            work.careful = 0;
+            work.newton.mode = SG_FIRST_ATTEMPT;
+            work.smooth.pivoting = 0;
             sg_evaluate(&work, &par, &opt, problem);
         }
     }
@@ -267,7 +272,7 @@ static void test_last_attempt(void) {
             draw_start();
             open_step(0.01);
             sg_reset_info(&info);
-            work.stuck = 0;
+            work.found.stuck = 0;
             if (again) {
                 status = sg_solve(&work, &state, &par, &opt, &info, 0, 0, SG_WHOLE, 12);
                 ENSURE(info.iterations <= 12);
@@ -287,18 +292,18 @@ static void test_last_attempt(void) {
 static int accepted(void) {
     int problem;
     m_finish(&work);
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         m_values(&work, &par, problem);
         sg_keep_rows(&work, problem);
         if (!sg_check_problem(&work, &opt, problem)) {
             return 0;
         }
-        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows &&
+        if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows &&
             !sg_check_active(&work, &opt, problem)) {
             return 0;
         }
     }
-    return sg_all_finite(SG_NQ, work.q_end) && sg_all_finite(SG_NQ, work.v_end);
+    return sg_all_finite(SG_N_Q, work.q_end) && sg_all_finite(SG_N_Q, work.v_end);
 }
 
 /* Steps on the way from the start; each solution is spoiled in one number at a time. */
@@ -308,7 +313,7 @@ static void test_checker(void) {
         draw_start();
         for (step = 0; step < 60; ++step) {
             sg_reset_info(&info);
-            sg_copy(SG_NU, u, work.u);
+            sg_copy(SG_N_U, u, work.u);
             work.trial = state;
             if (sg_attempt(&work, &par, &opt, &info, state.t, 0.01, 1, 200) != M_OK) {
                 break;
@@ -318,7 +323,7 @@ static void test_checker(void) {
             ENSURE(accepted());
             if (step % 6 == 0) {
                 other = work;
-                for (i = 0; i < SG_NX_TOTAL; ++i) {
+                for (i = 0; i < SG_N_X_TOTAL; ++i) {
                     work.x[i] += 1e-3 * (1.0 + fabs(work.x[i]));
                     ENSURE(!accepted());
                     work = other;
@@ -327,14 +332,14 @@ static void test_checker(void) {
                     work = other;
                     counted[4] += 2;
                 }
-                for (i = 0; i < SG_NL_TOTAL; ++i) {
-                    work.lambda[i] += 1e-3 * (1.0 + fabs(work.lambda[i]));
+                for (i = 0; i < SG_N_ROWS_TOTAL; ++i) {
+                    work.R[i] += 1e-3 * (1.0 + fabs(work.R[i]));
                     ENSURE(!accepted());
                     work = other;
-                    work.lambda[i] -= 0.1 * (1.0 + fabs(work.lambda[i]));
+                    work.R[i] -= 0.1 * (1.0 + fabs(work.R[i]));
                     ENSURE(!accepted());
                     work = other;
-                    work.lambda[i] = NAN;
+                    work.R[i] = NAN;
                     ENSURE(!accepted());
                     work = other;
                     counted[4] += 3;
@@ -348,15 +353,15 @@ static void test_checker(void) {
     }
 }
 
-#if SG_KEY > 0
+#if SG_N_KEY > 0
 /* 1 if a step from the state takes over terms that the state has, here wrong ones; 0 if it finds
    the right ones and ends as a step from a state without any. */
 static int takes_over(m_state spoiled, const m_params *own) {
     m_state fresh = spoiled;
-    double terms[SG_TERMS];
+    double terms[SG_N_TERMS];
     int wrong, right, i;
     fresh.has_terms = 0;
-    for (i = 0; i < SG_TERMS; ++i) {
+    for (i = 0; i < SG_N_TERMS; ++i) {
         spoiled.terms[i] = 2.0 * spoiled.terms[i] + 1.0;
     }
     work.trial = spoiled;
@@ -375,7 +380,7 @@ static int takes_over(m_state spoiled, const m_params *own) {
 
 /* Whatever changes a term changes the key; then the terms in the state are not used. */
 static void check_change(const m_state *moved, const m_params *own) {
-    double key[2][SG_KEY], terms[2][SG_TERMS];
+    double key[2][SG_N_KEY], terms[2][SG_N_TERMS];
     m_key(state.t, state.q, &par, key[0]);
     m_key(moved->t, moved->q, own, key[1]);
     m_evaluate_terms(state.t, state.q, &par, terms[0]);
@@ -390,7 +395,7 @@ static void check_change(const m_state *moved, const m_params *own) {
 
 /* Terms of a place are taken from the step before where nothing changed, and only there. */
 static void test_terms(void) {
-    double key[SG_KEY], terms[SG_TERMS];
+    double key[SG_N_KEY], terms[SG_N_TERMS];
     int trial, step, j;
     for (trial = 0; trial < 5; ++trial) {
         draw_start();
@@ -408,7 +413,7 @@ static void test_terms(void) {
                 ENSURE(takes_over(state, &par));
                 ++counted[9];
             }
-            for (j = -1; j < SG_NQ; ++j) {
+            for (j = -1; j < SG_N_Q; ++j) {
                 moved = state;
                 *(j < 0 ? &moved.t : &moved.q[j]) += 1e-9;
                 check_change(&moved, &par);
@@ -434,9 +439,9 @@ static void test_ends(void) {
     int problem;
     draw_start();
     open_step(0.02);
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         const sg_problem *pr = &sg_problems[problem];
-        const int n_lambda = pr->n_slots * SG_NC;
+        const int n_rows = pr->n_slots * SG_N_R;
         draw_unknowns(problem);
         iterations = 0;
         ENSURE(sg_newton(&work, &par, &opt, problem, 0, 0, &iterations, &measure) ==
@@ -448,8 +453,8 @@ static void test_ends(void) {
         ENSURE(sg_residual(&work, &opt, problem) == SG_HUGE);
         draw_unknowns(problem);
         sg_evaluate(&work, &par, &opt, problem);
-        if (n_lambda > 0) {
-            work.phi[n_lambda - 1] = INFINITY;
+        if (n_rows > 0) {
+            work.rows.phi[n_rows - 1] = INFINITY;
             ENSURE(sg_residual(&work, &opt, problem) == SG_HUGE);
         }
         /* a smooth block that is singular or not finite */
@@ -463,7 +468,7 @@ static void test_ends(void) {
         /* one undamped and one damped solution agree */
         sg_cold_start(&work, problem);
         if (sg_newton(&work, &par, &opt, problem, 50, 0, &iterations, &measure) == M_OK) {
-            static double found[SG_NX_TOTAL];
+            static double found[SG_N_X_TOTAL];
             int i;
             sg_copy(pr->n_x, &work.x[pr->x], found);
             sg_cold_start(&work, problem);
@@ -487,7 +492,9 @@ static void test_ends(void) {
         draw_unknowns(0);
         ENSURE(sg_newton(&work, &bad, &opt, 0, 5, 0, &iterations, &measure) == M_SINGULAR);
         ENSURE(!sg_path(&work, &bad, &opt, 0, 0));
+#if SG_SPATIAL
         ENSURE(!sg_central(&work, &bad, &opt, 0, 0));
+#endif
     }
     /* masses: not finite, singular, without a diagonal */
     open_step(0.01);
@@ -497,18 +504,18 @@ static void test_ends(void) {
     work.p[0] = INFINITY;
     ENSURE(!sg_masses(&work));
     open_step(0.01);
-    sg_fill(sg_table[sg_mass.start + SG_NQ], 0.0, work.mass);
-    sg_fill(SG_NQ, 0.0, work.mass_pivot);
+    sg_fill(sg_table[sg_mass.start + SG_N_Q], 0.0, work.mass);
+    sg_fill(SG_N_Q, 0.0, work.mass_pivot);
     ENSURE(!sg_masses(&work));
-    if (SG_NC > 0) {
+    if (SG_N_R > 0) {
         open_step(0.01);
         /* no direction pushes: masses are borrowed */
-        sg_fill(sg_table[sg_direction.start + SG_NC], 0.0, work.direction);
-        sg_fill(SG_NC, 0.0, work.mobility);
-        ENSURE(sg_masses(&work) && work.m_eff[0] == work.inertia[0]);
+        sg_fill(sg_table[sg_direction.start + SG_N_R], 0.0, work.direction);
+        sg_fill(SG_N_R, 0.0, work.mobility);
+        ENSURE(sg_masses(&work) && work.masses.m_eff[0] == work.masses.inertia[0]);
         /* a mass beyond all numbers */
-        sg_fill(sg_table[sg_direction.start + SG_NC], 1e-160, work.direction);
-        sg_fill(SG_NC, 1e-320, work.mobility);
+        sg_fill(sg_table[sg_direction.start + SG_N_R], 1e-160, work.direction);
+        sg_fill(SG_N_R, 1e-320, work.mobility);
         ENSURE(!sg_masses(&work));
     }
     if (SG_MOBILITY) {
@@ -516,13 +523,14 @@ static void test_ends(void) {
         int c;
         open_step(0.01);
         other = work;
-        sg_fill(SG_NQ, 0.0, work.mass_pivot);
+        sg_fill(SG_N_Q, 0.0, work.mass_pivot);
         ENSURE(sg_masses(&work));
-        for (c = 0; c < SG_NC; ++c) {
-            ENSURE(fabs(work.m_eff[c] - other.m_eff[c]) <= 1e-12 * fabs(other.m_eff[c]));
+        for (c = 0; c < SG_N_R; ++c) {
+            ENSURE(fabs(work.masses.m_eff[c] - other.masses.m_eff[c]) <=
+                   1e-12 * fabs(other.masses.m_eff[c]));
         }
     }
-    if (SG_NQ > 1) {
+    if (SG_N_Q > 1) {
         /* a diagonal of zeros: what the rest of the row says */
         int k, at = -1;
         for (k = sg_table[sg_mass.start + 0]; k < sg_table[sg_mass.start + 1]; ++k) {
@@ -535,13 +543,13 @@ static void test_ends(void) {
             while (sg_table[sg_mass.index + mirror] != 0) {
                 ++mirror;
             }
-            sg_fill(sg_table[sg_mass.start + SG_NQ], 0.0, work.mass);
+            sg_fill(sg_table[sg_mass.start + SG_N_Q], 0.0, work.mass);
             work.mass[at] = work.mass[mirror] = 3.0;
             sg_inertia(&work);
-            ENSURE(work.inertia[first] == 3.0 && work.inertia[second] == 3.0);
+            ENSURE(work.masses.inertia[first] == 3.0 && work.masses.inertia[second] == 3.0);
             work.mass[sg_table[sg_mass.diagonal + 1]] = 2.0;
             sg_inertia(&work);
-            ENSURE(work.inertia[first] == 4.5 && work.inertia[second] == 2.0);
+            ENSURE(work.masses.inertia[first] == 4.5 && work.masses.inertia[second] == 2.0);
         }
     }
 }
@@ -553,22 +561,22 @@ static void test_least_norm(void) {
     for (trial = 0; trial < 20; ++trial) {
         draw_start();
         open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
-            const int n_lambda = pr->n_slots * SG_NC;
+            const int n_rows = pr->n_slots * SG_N_R;
             double measure = 0.0;
             int iterations = 0;
             int choice;
             draw_unknowns(problem);
-            for (i = 0; i < n_lambda; ++i) {
-                work.lambda[pr->lambda + i] = fabs(work.lambda[pr->lambda + i]) + 2.0;
+            for (i = 0; i < n_rows; ++i) {
+                work.R[pr->R + i] = fabs(work.R[pr->R + i]) + 2.0;
             }
             sg_evaluate(&work, &par, &opt, problem);
             other = work;
             choice = sg_least_norm(&work, &par, &opt, problem, &iterations, &measure);
             ENSURE(choice != SG_LEAST_NORM); /* a point that solves nothing stays */
-            for (i = 0; i < n_lambda && choice == SG_AS_FOUND; ++i) {
-                ENSURE(work.lambda[pr->lambda + i] == other.lambda[pr->lambda + i]);
+            for (i = 0; i < n_rows && choice == SG_AS_FOUND; ++i) {
+                ENSURE(work.R[pr->R + i] == other.R[pr->R + i]);
             }
             sg_cold_start(&work, problem);
         }
@@ -578,7 +586,7 @@ static void test_least_norm(void) {
 /* Any value of any parameter: a step is solved or the state stays; a start is refused or not. */
 static void test_parameters(void) {
     static const double values[] = {-3.0, 7.0, 0.0, 1e-3, 1e300, -1e300, INFINITY, NAN};
-    double t, q[SG_NQ], v[SG_NQ];
+    double t, q[SG_N_Q], v[SG_N_Q];
     int j, k;
     m_initial_state(&par, &t, q, v);
     for (j = 0; j < (int)(sizeof par / sizeof(double)); ++j) {
@@ -593,7 +601,7 @@ static void test_parameters(void) {
             if (status > M_OK_SUBSTEPPED) {
                 ENSURE(!memcmp(&state, &before, sizeof state));
             } else {
-                ENSURE(sg_all_finite(SG_NQ, state.q) && sg_all_finite(SG_NQ, state.v));
+                ENSURE(sg_all_finite(SG_N_Q, state.q) && sg_all_finite(SG_N_Q, state.v));
             }
             status = m_init(&state, &bad, &opt, t, q, v);
             ENSURE(status == M_OK || status == M_NONFINITE || status == M_INCONSISTENT_START);
@@ -630,240 +638,13 @@ static void test_substeps(void) {
     counted[8] += substeps;
 }
 
-/* The percussions at the end of a path satisfy the contact laws of the linearised problem, up to a
-   share `tolerance` of the largest one; `turns`: in space, too, friction is against the slip. */
-static void check_linear_laws(int problem, double tolerance, int turns) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n = pr->n_slots * SG_NC;
-    const double *lambda = &work.lambda[pr->lambda];
-    double top = 1e-300;
-    int a, b, k, slot;
-    for (a = 0; a < n; ++a) {
-        work.scratch[a] = work.phi[a] + sg_softness(&work, n, a) * lambda[a];
-        for (b = 0; b < n; ++b) {
-            work.scratch[a] += work.S[b * n + a] * lambda[b];
-        }
-        top = fmax(top, fabs(lambda[a]));
-    }
-    for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (k = 0; k < SG_NK; ++k) {
-            const int base = slot * SG_NC;
-            const int row = base + SG_NORMAL + sg_contacts[k].normal;
-            const int f = base + SG_SLIP + sg_contacts[k].friction;
-            const double small = tolerance * top;
-            double radius;
-            if (!sg_joins(&work, pr, k)) {
-                continue;
-            }
-            if (sg_contacts[k].normal >= 0) {
-                /* gap times stiffness is a percussion */
-                const double push = work.scratch[row] / fabs(work.S[row * (n + 1)]);
-                ENSURE(lambda[row] >= -small && push >= -small);
-                ENSURE(fmin(fabs(lambda[row]), fabs(push)) <= small);
-                radius = work.mu[k] * lambda[row];
-            } else {
-                radius = fmax(work.radius[slot * SG_NB + sg_contacts[k].bound], 0.0);
-            }
-            if (sg_contacts[k].components > 0) {
-                const int count = sg_contacts[k].components;
-                const double size = sg_norm(count, &lambda[f]);
-                ENSURE(size <= radius + small);
-                /* friction never pushes along the slip, and is full where there is slip */
-                if (count == 1) {
-                    const double slip = work.scratch[f] / fabs(work.S[f * (n + 1)]);
-                    ENSURE(slip * lambda[f] <= small * (fabs(slip) + top));
-                    ENSURE(fabs(slip) <= small || fabs(size - radius) <= small);
-                }
-                if (turns && count == 2) {
-                    const double stiffness = 1.0 / fabs(work.S[f * (n + 1)]);
-                    const double slip = stiffness * sg_norm(2, &work.scratch[f]);
-                    const double power = stiffness * sg_dot(2, &work.scratch[f], &lambda[f]);
-                    ENSURE(fabs(power + radius * slip) <= small * (slip + top));
-                }
-            }
-        }
-    }
-}
-
-/* The unknowns that a path from those in `from` led to satisfy the linearised smooth rows, too. */
-static void check_linear_rows(int problem, const m_work *from) {
-    static double dx[SG_NX_TOTAL], dlambda[ROWS];
-    const sg_problem *pr = &sg_problems[problem];
-    double size = 1.0;
-    int i, k;
-    for (i = 0; i < pr->n_x; ++i) {
-        const int unknown = pr->x + sg_table[pr->K.order + i];
-        dx[i] = work.x[unknown] - from->x[unknown];
-        size = fmax(size, fabs(dx[i]));
-    }
-    for (k = 0; k < pr->n_slots * SG_NC; ++k) {
-        dlambda[k] = work.lambda[pr->lambda + k] - from->lambda[pr->lambda + k];
-        size = fmax(size, fabs(dlambda[k]));
-    }
-    for (i = 0; i < pr->n_x; ++i) {
-        const double sum =
-            work.r[sg_table[pr->K.order + i]] + smooth_row(&work, pr, i, dx, dlambda);
-        ENSURE(fabs(sum) <= 1e-9 * size);
-    }
-}
-
-/* Derivatives of the smoothed rows against difference quotients. */
-static void test_central_rows(void) {
-    static double lambda[ROWS], rows[ROWS], by_e[ROWS], jacobian[ROWS * ROWS];
-    const double e = 0.3;
-    const double step = 1e-6;
-    int trial, problem, a, b;
-    for (trial = 0; trial < 20; ++trial) {
-        draw_start();
-        open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
-            const sg_problem *pr = &sg_problems[problem];
-            const int n = pr->n_slots * SG_NC;
-            draw_unknowns(problem);
-            if (!sg_linearise(&work, &par, &opt, problem) || !sg_central_scales(&work, pr, trial)) {
-                continue;
-            }
-            for (a = 0; a < n; ++a) {
-                lambda[a] = uniform() * work.tau_z[a];
-            }
-            sg_central_rows(&work, pr, lambda, e);
-            sg_copy(n, work.rhs, rows);
-            sg_copy(n, work.solution, by_e);
-            sg_copy(n * n, work.cell, jacobian);
-            sg_central_rows(&work, pr, lambda, e + step);
-            for (a = 0; a < n; ++a) {
-                const double slope = (work.rhs[a] - rows[a]) / step;
-                ENSURE(fabs(slope - by_e[a]) <= 1e-4 * (fabs(slope) + work.tau_z[a]));
-            }
-            for (b = 0; b < n; ++b) {
-                const double kept = lambda[b];
-                lambda[b] += step * work.tau_z[b];
-                sg_central_rows(&work, pr, lambda, e);
-                for (a = 0; a < n; ++a) {
-                    const double slope = (work.rhs[a] - rows[a]) / (step * work.tau_z[b]);
-                    const double unit = work.tau_z[a] / work.tau_z[b];
-                    ENSURE(fabs(slope - jacobian[a * n + b]) <= 1e-4 * (fabs(slope) + unit));
-                }
-                lambda[b] = kept;
-            }
-            if (n > 0) {
-                /* the path ends where no directions, no stride, no numbers are left */
-                double stride = 0.1 * SG_CENTRAL_SHORT;
-                double at = e;
-                work.directions = 0;
-                ENSURE(!sg_central_directions(&work, pr, lambda, e));
-                work.directions = 2;
-                sg_copy(n, lambda, work.lambda_old);
-                ENSURE(!sg_central_correct(&work, pr, 1.0, -1.0, &at) && work.directions == 2);
-                work.directions = 9;
-                ENSURE(!sg_central_stride(&work, pr, 1.0, -1.0, &stride, &at) && at == e);
-                ENSURE(!sg_central_directions(&work, pr, lambda, NAN));
-                work.phi[0] = 1e300;
-                sg_copy(n, lambda, work.lambda_old);
-                (void)sg_central_correct(&work, pr, 1.0, -1.0, &at);
-                sg_fill(SG_NC, 0.0, work.percussion_scale);
-                ENSURE(!sg_central_scales(&work, pr, 0));
-            }
-        }
-    }
-}
-
-/* At the end of a central path the laws of the linearised problem hold nearly; Newton's method
-   needs few iterations from there. */
-static void test_central_paths(void) {
-    int followed = 0;
-    int solved = 0;
-    int trial, problem;
-    for (trial = 0; trial < 40; ++trial) {
-        draw_start();
-        open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
-            int iterations = 0;
-            double measure = 0.0;
-            sg_cold_start(&work, problem);
-            sg_leave_out(&work, problem);
-            other = work;
-            if (SG_NC > 0 && sg_central(&work, &par, &opt, problem, trial % 3)) {
-                ++followed;
-                check_linear_laws(problem, 1e-2, 1);
-                check_linear_rows(problem, &other);
-                solved +=
-                    sg_newton(&work, &par, &opt, problem, 8, 0, &iterations, &measure) == M_OK;
-            }
-            (void)sg_newton(&work, &par, &opt, problem, 60, 1, &iterations, &measure);
-            if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
-                sg_activity(&work, &opt, &info, problem);
-            }
-        }
-    }
-    ENSURE(SG_NC == 0 || followed >= 40);
-    ENSURE(solved >= followed - followed / 10);
-}
-
-/* Paths solve the linearised problem: a Newton iteration from there needs few steps. */
-static void test_paths_and_rescues(void) {
-    int unsolved = 0;
-    int followed = 0;
-    int trial, problem;
-    for (trial = 0; trial < 40; ++trial) {
-        m_options few = opt;
-        m_state before;
-        int status;
-        draw_start();
-        open_step(0.02);
-        for (problem = 0; problem < SG_PROBLEMS; ++problem) {
-            int iterations = 0;
-            double measure = 0.0;
-            sg_cold_start(&work, problem);
-            sg_leave_out(&work, problem);
-            other = work;
-            if (sg_path(&work, &par, &opt, problem, trial % 3)) {
-                ++followed;
-                check_linear_laws(problem, 1e-7, 0);
-                check_linear_rows(problem, &other);
-                sg_settle(&work, &par, &opt, problem, SG_HELD, &iterations);
-                ENSURE(iterations <= SG_HELD);
-            }
-            status = sg_newton(&work, &par, &opt, problem, 60, 1, &iterations, &measure);
-            unsolved += status != M_OK;
-            if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows) {
-                sg_activity(&work, &opt, &info, problem);
-            }
-        }
-        /* a budget of few iterations: rescues and substeps come in, or the state stays */
-        few.max_iterations = 1 + trial % 5;
-        few.max_halvings = trial % 3;
-        few.active_set = trial % 2 ? M_ACTIVE_END : M_ACTIVE_ANY_STAGE;
-        before = state;
-        status = m_step(&state, &work, &info, &par, &few, u, 0.05);
-        ENSURE(status == info.status);
-        ENSURE(status <= M_OK_SUBSTEPPED ? state.t > before.t
-                                         : !memcmp(&state, &before, sizeof state));
-        few = opt;
-        few.r = 0.7;
-        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
-        few.r = 0.0;
-        few.scaling = M_SCALING_NONE;
-        few.tol = 1e-8;
-        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
-        /* a new size makes the guess stale; a spoiled guess of the same size is rescued */
-        status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
-        if (status == M_OK && state.warm) {
-            sg_fill(SG_NX_TOTAL, NAN, state.x);
-            status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
-            ENSURE(status > M_OK_SUBSTEPPED || info.rescues > 0);
-        }
-    }
-    ENSURE(unsolved <= 4);
-}
-
 static void test_arguments(void) {
     m_options bad;
     m_state before;
     m_record record;
-    double t, q[SG_NQ], v[SG_NQ], inputs[4 * INPUTS];
-    double kept[4 * SG_STAGES * (SG_NQ + SG_ROWS)];
-    double x[SG_NX_TOTAL], lambda[ROWS];
+    double t, q[SG_N_Q], v[SG_N_Q], inputs[4 * INPUTS];
+    double kept[4 * SG_N_STAGES * (SG_N_Q + SG_ROWS_OF_SLOT)];
+    double x[SG_N_X_TOTAL], R[ROWS];
     int counts[4 * 6];
     int done = 0;
     int k;
@@ -927,7 +708,7 @@ static void test_arguments(void) {
     ENSURE(m_step(&state, &work, &info, NULL, &opt, inputs, 0.01) == M_BAD_ARGUMENT);
     ENSURE(m_step(&state, &work, &info, &par, NULL, inputs, 0.01) == M_BAD_ARGUMENT);
     ENSURE(m_step(&state, &work, &info, &par, &opt, inputs, INFINITY) == M_BAD_ARGUMENT);
-    if (SG_NU > 0) {
+    if (SG_N_U > 0) {
         ENSURE(m_step(&state, &work, &info, &par, &opt, NULL, 0.01) == M_BAD_ARGUMENT);
         ENSURE(m_simulate(&state, &work, &info, &par, &opt, NULL, 0.01, 1, 1, NULL, &done) ==
                M_BAD_ARGUMENT);
@@ -937,7 +718,7 @@ static void test_arguments(void) {
     }
     for (k = 0; k < 3; ++k) {
         m_state spoiled = state;
-        *(k == 0 ? &spoiled.q[0] : k == 1 ? &spoiled.v[SG_NQ - 1] : &spoiled.t) = NAN;
+        *(k == 0 ? &spoiled.q[0] : k == 1 ? &spoiled.v[SG_N_Q - 1] : &spoiled.t) = NAN;
         ENSURE(m_step(&spoiled, &work, &info, &par, &opt, inputs, 0.01) == M_NONFINITE);
     }
     ENSURE(!memcmp(&before, &state, sizeof state));
@@ -952,8 +733,8 @@ static void test_arguments(void) {
            M_BAD_ARGUMENT);
     /* every array of the record, one at a time, every second step */
     for (k = 0; k < 11; ++k) {
-        static double stage_t[4 * SG_STAGES], stage_q[4 * SG_STAGES * SG_NQ];
-        static double stage_v[4 * SG_STAGES * SG_NQ], stage_R[4 * SG_STAGES * SG_ROWS];
+        static double stage_t[4 * SG_N_STAGES], stage_q[4 * SG_N_STAGES * SG_N_Q];
+        static double stage_v[4 * SG_N_STAGES * SG_N_Q], stage_R[4 * SG_N_STAGES * SG_ROWS_OF_SLOT];
         memset(&record, 0, sizeof record);
         record.t = k == 0 ? kept : NULL;
         record.q = k == 1 ? kept : NULL;
@@ -973,7 +754,7 @@ static void test_arguments(void) {
         if (k == 0) {
             ENSURE(kept[0] == t + 2 * 0.01 && kept[1] == t + 4 * 0.01);
         } else if (k == 1 || k == 2) {
-            ENSURE(!memcmp(&kept[SG_NQ], k == 1 ? state.q : state.v, sizeof state.q));
+            ENSURE(!memcmp(&kept[SG_N_Q], k == 1 ? state.q : state.v, sizeof state.q));
         } else if (k == 6) {
             /* a row holds the sums of its steps */
             int single[4 * 7];
@@ -985,29 +766,29 @@ static void test_arguments(void) {
             ENSURE(counts[1] == single[1] + single[8] && counts[8] == single[15] + single[22]);
             ENSURE(counts[6] == single[6] + single[13]);
         } else if (k == 7) {
-            ENSURE(fabs(stage_t[2 * SG_STAGES - 1] - state.t) <= 1e-15 * (1.0 + fabs(state.t)));
+            ENSURE(fabs(stage_t[2 * SG_N_STAGES - 1] - state.t) <= 1e-15 * (1.0 + fabs(state.t)));
         }
     }
     /* residuals at given unknowns */
     memset(x, 0, sizeof x);
-    memset(lambda, 0, sizeof lambda);
-    ENSURE(m_problem(NULL, &work, &par, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, NULL, &par, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, NULL, &opt, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, &par, NULL, inputs, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 0, NULL, lambda) == M_BAD_ARGUMENT);
+    memset(R, 0, sizeof R);
+    ENSURE(m_problem(NULL, &work, &par, &opt, inputs, 0.01, 0, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, NULL, &par, &opt, inputs, 0.01, 0, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, NULL, &opt, inputs, 0.01, 0, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, NULL, inputs, 0.01, 0, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 0, NULL, R) == M_BAD_ARGUMENT);
     ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 0, x, NULL) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, -1, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 2, x, lambda) == M_BAD_ARGUMENT);
-    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.0, 0, x, lambda) == M_BAD_ARGUMENT);
-    if (SG_NU > 0) {
-        ENSURE(m_problem(&state, &work, &par, &opt, NULL, 0.01, 0, x, lambda) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, -1, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, 2, x, R) == M_BAD_ARGUMENT);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.0, 0, x, R) == M_BAD_ARGUMENT);
+    if (SG_N_U > 0) {
+        ENSURE(m_problem(&state, &work, &par, &opt, NULL, 0.01, 0, x, R) == M_BAD_ARGUMENT);
     }
-    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, SG_PROBLEMS - 1, x, lambda) == M_OK);
+    ENSURE(m_problem(&state, &work, &par, &opt, inputs, 0.01, SG_N_PROBLEMS - 1, x, R) == M_OK);
     if (M_MASSES) {
         m_params none;
         memset(&none, 0, sizeof none);
-        ENSURE(m_problem(&state, &work, &none, &opt, inputs, 0.01, 0, x, lambda) == M_SINGULAR);
+        ENSURE(m_problem(&state, &work, &none, &opt, inputs, 0.01, 0, x, R) == M_SINGULAR);
     }
     for (k = -1; k <= M_INCONSISTENT_START + 1; ++k) {
         ENSURE(m_status_text(k)[0] != '\0');
@@ -1015,9 +796,9 @@ static void test_arguments(void) {
 }
 
 /* Row c of W^T at the start of the step in the work struct. */
-static void direction(int c, double row[SG_NQ]) {
+static void direction(int c, double row[SG_N_Q]) {
     int k;
-    sg_fill(SG_NQ, 0.0, row);
+    sg_fill(SG_N_Q, 0.0, row);
     for (k = sg_table[sg_direction.start + c]; k < sg_table[sg_direction.start + c + 1]; ++k) {
         row[sg_table[sg_direction.index + k]] = work.direction[k];
     }
@@ -1027,7 +808,7 @@ static void direction(int c, double row[SG_NQ]) {
    that is refused leaves the state as it was. */
 static void test_inconsistent_starts(void) {
     m_consistency at;
-    double t, q[SG_NQ], v[SG_NQ], row[SG_NQ];
+    double t, q[SG_N_Q], v[SG_N_Q], row[SG_N_Q];
     m_state before;
     int c, j, k;
     m_initial_state(&par, &t, q, v);
@@ -1036,37 +817,37 @@ static void test_inconsistent_starts(void) {
     before = state;
     work.trial = state;
     sg_begin(&work, &par, t, 0.01);
-    for (c = 0; c < SG_NG; ++c) {
+    for (c = 0; c < SG_N_G; ++c) {
         /* along the gradient by 1e-3 */
-        double moved[SG_NQ];
-        for (j = 0; j < SG_NQ; ++j) {
+        double moved[SG_N_Q];
+        for (j = 0; j < SG_N_Q; ++j) {
             direction(c, row);
             moved[j] = q[j] + 1e-3 * row[j];
         }
         ENSURE(m_init(&state, &par, &opt, t, moved, v) == M_INCONSISTENT_START);
         ENSURE(memcmp(&state, &before, sizeof state) == 0);
-        sg_fill(SG_NQ, 1e300, moved);
+        sg_fill(SG_N_Q, 1e300, moved);
         ENSURE(m_init(&state, &par, &opt, t, moved, v) != M_OK);
     }
     for (c = 0; c < SG_NORMAL; ++c) {
-        double moved[SG_NQ];
-        for (j = 0; j < SG_NQ; ++j) {
+        double moved[SG_N_Q];
+        for (j = 0; j < SG_N_Q; ++j) {
             direction(c, row);
             moved[j] = v[j] + 1e-3 * row[j];
         }
         ENSURE(m_init(&state, &par, &opt, t, q, moved) == M_INCONSISTENT_START);
-        sg_fill(SG_NQ, 1e308, moved);
+        sg_fill(SG_N_Q, 1e308, moved);
         ENSURE(m_init(&state, &par, &opt, t, q, moved) != M_OK);
     }
-    for (k = 0; k < SG_NK && SG_NORMAL == 0; ++k) {
+    for (k = 0; k < SG_N_CONTACTS && SG_NORMAL == 0; ++k) {
         const int n = sg_contacts[k].normal;
         if (n >= 0) {
-            double moved[SG_NQ];
+            double moved[SG_N_Q];
             const int there = !sg_contacts[k].guarded || at.guard[k] >= 0.0;
             double size;
             direction(n, row);
-            size = sg_dot(SG_NQ, row, row);
-            for (j = 0; j < SG_NQ; ++j) {
+            size = sg_dot(SG_N_Q, row, row);
+            for (j = 0; j < SG_N_Q; ++j) {
                 moved[j] = q[j] - 1.5 * (at.value[n] + 0.1) * row[j] / size;
             }
             if (there) {
@@ -1077,6 +858,7 @@ static void test_inconsistent_starts(void) {
 }
 
 #include "test_records.h"
+#include "test_rescues.h"
 
 int main(void) {
     par = m_default_params();
@@ -1088,12 +870,14 @@ int main(void) {
     test_ends();
     test_last_attempt();
     test_checker();
-#if SG_KEY > 0
+#if SG_N_KEY > 0
     test_terms();
 #endif
     test_least_norm();
+#if SG_SPATIAL
     test_central_rows();
     test_central_paths();
+#endif
     test_paths_and_rescues();
     test_substeps();
     test_parameters();

@@ -15,11 +15,11 @@ static void check_end(const m_state *start, const double inputs[], double h, int
 
 /* Rows of a record are sums, extremes and last values of the steps they stand for. */
 static void test_records(void) {
-    static double t[TAKEN], q[TAKEN * SG_NQ], v[TAKEN * SG_NQ], P[TAKEN * SG_NC + 1];
+    static double t[TAKEN], q[TAKEN * SG_N_Q], v[TAKEN * SG_N_Q], P[TAKEN * SG_N_R + 1];
     static double residual[TAKEN], gap[TAKEN], energy[2 * TAKEN], inputs[TAKEN * INPUTS];
-    static double stage_t[TAKEN * SG_STAGES], stage_q[TAKEN * SG_STAGES * SG_NQ];
-    static double stage_v[TAKEN * SG_STAGES * SG_NQ], stage_R[TAKEN * SG_STAGES * SG_NC + 1];
-    static int counts[7 * TAKEN], contact[TAKEN * (SG_NK > 0 ? SG_NK : 1)];
+    static double stage_t[TAKEN * SG_N_STAGES], stage_q[TAKEN * SG_N_STAGES * SG_N_Q];
+    static double stage_v[TAKEN * SG_N_STAGES * SG_N_Q], stage_R[TAKEN * SG_N_STAGES * SG_N_R + 1];
+    static int counts[7 * TAKEN], contact[TAKEN * (SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1)];
     static m_event events[NOTED];
     int done, alone, run, n_events;
     for (run = 0; run < 4; ++run) {
@@ -29,7 +29,7 @@ static void test_records(void) {
                         BEGUN,  stage_t, stage_q, stage_v, stage_R};
         m_record nothing;
         m_state start;
-        double sum[SG_NC + 1] = {0}, low = 0.0, high = 0.0;
+        double sum[SG_N_R + 1] = {0}, low = 0.0, high = 0.0;
         int row = 0, iterations = 0, changes = 0, impacts = 0, k, n;
         memset(&nothing, 0, sizeof nothing);
         draw_start();
@@ -39,7 +39,7 @@ static void test_records(void) {
         }
         n_events = 0;
         /* row 0 goes on with what an earlier call left: nothing, here */
-        sg_fill(SG_NC, 0.0, P);
+        sg_fill(SG_N_R, 0.0, P);
         memset(counts, 0, 7 * sizeof counts[0]);
         energy[0] = SG_HUGE;
         energy[1] = -SG_HUGE;
@@ -49,11 +49,11 @@ static void test_records(void) {
         {
             m_state s = start;
             for (n = 0; n < done; ++n) {
-                int before[SG_NK > 0 ? SG_NK : 1] = {0};
+                int before[SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1] = {0};
                 const double begins = m_energy_at(s.t, s.q, s.v, &par);
                 double ends;
                 const int first = n == 0 || (n + BEGUN) % EVERY == 0;
-                for (k = 0; k < SG_NK; ++k) {
+                for (k = 0; k < SG_N_CONTACTS; ++k) {
                     before[k] = s.contact[k];
                 }
                 ENSURE(m_step(&s, &other, &info, &par, &opt, &inputs[n * INPUTS], h) <=
@@ -62,10 +62,10 @@ static void test_records(void) {
                 low = first ? ends : fmin(low, ends);
                 high = first ? ends : fmax(high, ends);
                 iterations = first ? info.iterations : iterations + info.iterations;
-                for (k = 0; k < SG_NC; ++k) {
+                for (k = 0; k < SG_N_R; ++k) {
                     sum[k] = first ? info.P[k] : sum[k] + info.P[k];
                 }
-                for (k = 0; k < SG_NK; ++k) {
+                for (k = 0; k < SG_N_CONTACTS; ++k) {
                     const int changed = before[k] != info.contact[k] && before[k] != M_UNKNOWN;
                     if ((info.impacts[k] > 0 || changed) && changes < NOTED) {
                         const m_event *e = &events[changes];
@@ -79,15 +79,15 @@ static void test_records(void) {
                 row = (n + BEGUN) / EVERY;
                 if ((n + 1 + BEGUN) % EVERY == 0 || n + 1 == done) {
                     ENSURE(t[row] == s.t && counts[7 * row + 1] == iterations);
-                    ENSURE(SG_NK == 0 || counts[7 * row + 6] == impacts);
+                    ENSURE(SG_N_CONTACTS == 0 || counts[7 * row + 6] == impacts);
                     ENSURE(energy[2 * row] == low && energy[2 * row + 1] == high);
-                    for (k = 0; k < SG_NC; ++k) {
-                        ENSURE(P[row * SG_NC + k] == sum[k]);
+                    for (k = 0; k < SG_N_R; ++k) {
+                        ENSURE(P[row * SG_N_R + k] == sum[k]);
                     }
-                    for (k = 0; k < SG_NQ; ++k) {
-                        ENSURE(q[row * SG_NQ + k] == s.q[k] && v[row * SG_NQ + k] == s.v[k]);
+                    for (k = 0; k < SG_N_Q; ++k) {
+                        ENSURE(q[row * SG_N_Q + k] == s.q[k] && v[row * SG_N_Q + k] == s.v[k]);
                     }
-                    ENSURE((stage_t[row * SG_STAGES] != stage_t[row * SG_STAGES]) ==
+                    ENSURE((stage_t[row * SG_N_STAGES] != stage_t[row * SG_N_STAGES]) ==
                            (info.substeps > 0));
                 }
             }
@@ -128,35 +128,35 @@ static void test_records(void) {
 
 /* The fastest oscillation is no slower than that of any direction: a Rayleigh quotient. */
 static void test_stable_step(void) {
-    static double scratch[SG_STABLE], M[SG_NQ * SG_NQ], K[SG_NQ * SG_NQ], f_q[SG_NQ * SG_NQ];
+    static double scratch[SG_STABLE], M[SG_N_Q * SG_N_Q], K[SG_N_Q * SG_N_Q], f_q[SG_N_Q * SG_N_Q];
     int run;
     for (run = 0; run < 20; ++run) {
-        double x[SG_NQ], force[SG_NC + 1], h, top, stiff = 0.0, heavy = 0.0, bad[SG_NQ];
+        double x[SG_N_Q], force[SG_N_R + 1], h, top, stiff = 0.0, heavy = 0.0, bad[SG_N_Q];
         int i, j;
         draw_start();
-        for (i = 0; i < SG_NC; ++i) {
+        for (i = 0; i < SG_N_R; ++i) {
             force[i] = uniform();
         }
         h = m_stable_step(&par, state.t, state.q, state.v, u, run % 2 == 0 ? NULL : force, scratch);
         ENSURE(h > 0.0);
-        if (run % 2 == 0 && SG_NG + SG_NGAMMA == 0) {
+        if (run % 2 == 0 && SG_N_G + SG_N_GAMMA == 0) {
             m_p_v(state.t, state.q, state.v, &par, M);
             m_L_q_q(state.t, state.q, state.v, &par, K);
             m_f_q(state.t, state.q, state.v, u, &par, f_q);
-            for (i = 0; i < SG_NQ; ++i) {
+            for (i = 0; i < SG_N_Q; ++i) {
                 x[i] = uniform();
             }
-            for (i = 0; i < SG_NQ; ++i) {
-                for (j = 0; j < SG_NQ; ++j) {
-                    stiff -= x[i] * (K[i * SG_NQ + j] + f_q[i * SG_NQ + j]) * x[j];
-                    heavy += x[i] * M[i * SG_NQ + j] * x[j];
+            for (i = 0; i < SG_N_Q; ++i) {
+                for (j = 0; j < SG_N_Q; ++j) {
+                    stiff -= x[i] * (K[i * SG_N_Q + j] + f_q[i * SG_N_Q + j]) * x[j];
+                    heavy += x[i] * M[i * SG_N_Q + j] * x[j];
                 }
             }
             top = h >= SG_HUGE ? 0.0 : (SG_STABLE_PHASE / h) * (SG_STABLE_PHASE / h);
             /* power iteration comes from below, within its last change */
             ENSURE(stiff / heavy <= 1.01 * top + 1e-9);
         }
-        sg_fill(SG_NQ, NAN, bad);
+        sg_fill(SG_N_Q, NAN, bad);
         ENSURE(m_stable_step(&par, state.t, bad, state.v, u, NULL, scratch) > 0.0);
     }
     /* directions: the second depends on the first, the third is what is left */
@@ -185,22 +185,22 @@ static void test_nearest_in_cones(void) {
     for (run = 0; run < 200; ++run) {
         double z[2 * ROWS], before[2 * ROWS], again[2 * ROWS], across = 0.0;
         int a, c, k, d, slot;
-        for (a = 0; a < pr->n_slots * SG_NC; ++a) {
-            work.kind[a] = uniform() > 0.0 ? SG_ROW_FREE : SG_ROW_ZERO;
-            work.root_scale[a] = 1.0;
+        for (a = 0; a < pr->n_slots * SG_N_R; ++a) {
+            work.rows.kind[a] = uniform() > 0.0 ? SG_ROW_FREE : SG_ROW_ZERO;
+            work.system.root_scale[a] = 1.0;
         }
         for (slot = 0; slot < pr->n_slots; ++slot) {
-            for (k = 0; k < SG_NK; ++k) {
+            for (k = 0; k < SG_N_CONTACTS; ++k) {
                 const double kind = uniform();
                 for (d = 0; d < sg_contacts[k].components; ++d) {
-                    c = slot * SG_NC + SG_SLIP + sg_contacts[k].friction + d;
-                    work.kind[c] = kind > 0.3    ? SG_ROW_FREE
-                                   : kind > -0.3 ? SG_ROW_SLIP
-                                                 : SG_ROW_ZERO;
+                    c = slot * SG_N_R + SG_SLIP + sg_contacts[k].friction + d;
+                    work.rows.kind[c] = kind > 0.3    ? SG_ROW_FREE
+                                        : kind > -0.3 ? SG_ROW_SLIP
+                                                      : SG_ROW_ZERO;
                 }
                 work.mu[k] = 0.5 + 0.4 * uniform();
                 if (sg_contacts[k].normal < 0) {
-                    work.radius[slot * SG_NB + sg_contacts[k].bound] = 0.6 + 0.5 * uniform();
+                    work.radius[slot * SG_N_BOUNDS + sg_contacts[k].bound] = 0.6 + 0.5 * uniform();
                 }
             }
         }

@@ -37,18 +37,18 @@ static int accepted(ball_work *w) {
     const ball_options opt = ball_default_options();
     int problem;
     ball_finish(w);
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         ball_values(w, &par, problem);
         sg_keep_rows(w, problem);
         if (!sg_check_problem(w, &opt, problem)) {
             return 0;
         }
-        if (problem + 1 < SG_PROBLEMS && sg_problems[problem + 1].follows &&
+        if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows &&
             !sg_check_active(w, &opt, problem)) {
             return 0;
         }
     }
-    return sg_all_finite(SG_NQ, w->q_end) && sg_all_finite(SG_NQ, w->v_end);
+    return sg_all_finite(SG_N_Q, w->q_end) && sg_all_finite(SG_N_Q, w->v_end);
 }
 
 static void test_checker_on_wrong_steps(void) {
@@ -56,24 +56,24 @@ static void test_checker_on_wrong_steps(void) {
     /* sliding on the plane */
     ENSURE(accepted(solved(0.1, 1.0, 0.0, 0.0)));
     w = solved(0.1, 1.0, 0.0, 0.0);
-    ENSURE(w->active[0] && w->lambda[P_N] > 0.0 && w->lambda[P_F] < 0.0);
-    w->lambda[P_F] = -w->lambda[P_F]; /* friction along the slip, velocities to match */
-    w->x[V_END] += 2.0 * w->lambda[P_F];
-    w->x[V_END + 2] += 2.0 * w->lambda[P_F] * 0.1 / 0.004;
+    ENSURE(w->found.active[0] && w->R[P_N] > 0.0 && w->R[P_F] < 0.0);
+    w->R[P_F] = -w->R[P_F]; /* friction along the slip, velocities to match */
+    w->x[V_END] += 2.0 * w->R[P_F];
+    w->x[V_END + 2] += 2.0 * w->R[P_F] * 0.1 / 0.004;
     ENSURE(!accepted(w));
     w = solved(0.1, 1.0, 0.0, 0.0);
-    w->lambda[R_F1] = -w->lambda[R_F1];
+    w->R[R_F1] = -w->R[R_F1];
     ENSURE(!accepted(w));
     w = solved(0.1, 1.0, 0.0, 0.0);
-    w->x[V_END] += 0.5 * w->lambda[P_F]; /* cone violation, velocities to match */
-    w->x[V_END + 2] += 0.5 * w->lambda[P_F] * 0.1 / 0.004;
-    w->lambda[P_F] *= 1.5;
+    w->x[V_END] += 0.5 * w->R[P_F]; /* cone violation, velocities to match */
+    w->x[V_END + 2] += 0.5 * w->R[P_F] * 0.1 / 0.004;
+    w->R[P_F] *= 1.5;
     ENSURE(!accepted(w));
     w = solved(0.1, 1.0, 0.0, 0.0);
-    w->lambda[P_N] = -w->lambda[P_N]; /* negative percussion */
+    w->R[P_N] = -w->R[P_N]; /* negative percussion */
     ENSURE(!accepted(w));
     w = solved(0.1, 1.0, 0.0, 0.0);
-    w->lambda[R_N2] -= 1.0;
+    w->R[R_N2] -= 1.0;
     ENSURE(!accepted(w));
     w = solved(0.1, 1.0, 0.0, 0.0);
     w->x[V_END + 1] -= 1e-3; /* velocity into the plane, momentum wrong */
@@ -81,29 +81,29 @@ static void test_checker_on_wrong_steps(void) {
 
     /* impact in the step */
     w = solved(0.12, 0.0, -4.0, 0.0);
-    ENSURE(w->active[0] && w->lambda[P_N] > 4.0 && accepted(w));
+    ENSURE(w->found.active[0] && w->R[P_N] > 4.0 && accepted(w));
     w = solved(0.12, 0.0, -4.0, 0.0);
-    w->active[0] = 0; /* a skipped impact: the velocity goes on downwards */
-    w->x[V_END + 1] -= w->lambda[P_N];
-    w->x[V_END] -= w->lambda[P_F];
-    w->x[V_END + 2] -= w->lambda[P_F] * 0.1 / 0.004;
-    w->lambda[P_N] = w->lambda[P_F] = 0.0;
+    w->found.active[0] = 0; /* a skipped impact: the velocity goes on downwards */
+    w->x[V_END + 1] -= w->R[P_N];
+    w->x[V_END] -= w->R[P_F];
+    w->x[V_END + 2] -= w->R[P_F] * 0.1 / 0.004;
+    w->R[P_N] = w->R[P_F] = 0.0;
     ENSURE(!accepted(w));
 
     /* flight */
     w = solved(1.0, 0.0, -1.0, 3.0);
-    ENSURE(!w->active[0] && accepted(w));
+    ENSURE(!w->found.active[0] && accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
-    w->lambda[R_N1] = 0.01; /* a push without touching */
+    w->R[R_N1] = 0.01; /* a push without touching */
     ENSURE(!accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
-    w->active[0] = 1; /* an impact without touching */
+    w->found.active[0] = 1; /* an impact without touching */
     ENSURE(!accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
-    w->lambda[P_N] = 1e-3; /* percussion of an open contact */
+    w->R[P_N] = 1e-3; /* percussion of an open contact */
     ENSURE(!accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
-    w->lambda[P_F] = 1e-3;
+    w->R[P_F] = 1e-3;
     ENSURE(!accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
     w->x[4] += 1e-5; /* a stage velocity off */
@@ -112,7 +112,7 @@ static void test_checker_on_wrong_steps(void) {
     w->x[0] = NAN;
     ENSURE(!accepted(w));
     w = solved(1.0, 0.0, -1.0, 3.0);
-    w->lambda[R_F2] = NAN;
+    w->R[R_F2] = NAN;
     ENSURE(!accepted(w));
 }
 
@@ -160,18 +160,18 @@ static void test_contact_rows(void) {
     /* a negative percussion has the radius 0: the friction row asks for no friction */
     sg_prox_parameters(w, &opt, 0);
     w->x[1] = w->x[4] = w->x[7] = -1.0; /* into the plane, so that the contact counts as closed */
-    w->lambda[R_N1] = -1.0;
-    w->lambda[R_F1] = 0.3;
+    w->R[R_N1] = -1.0;
+    w->R[R_F1] = 0.3;
     sg_evaluate(w, &par, &opt, 0);
-    ENSURE(w->kind[R_N1] == SG_ROW_FREE);
-    ENSURE(w->kind[R_F1] == SG_ROW_SLIP && w->phi[R_F1] == 0.3);
+    ENSURE(w->rows.kind[R_N1] == SG_ROW_FREE);
+    ENSURE(w->rows.kind[R_F1] == SG_ROW_SLIP && w->rows.phi[R_F1] == 0.3);
     /* percussions of a wrong guess vanish in flight, in the first iterations */
     w = solved(1.0, 0.0, -1.0, 3.0);
     sg_prox_parameters(w, &opt, 0);
-    w->lambda[R_N1] = 0.5;
-    w->lambda[R_F2] = -0.2;
+    w->R[R_N1] = 0.5;
+    w->R[R_F2] = -0.2;
     ENSURE(sg_newton(w, &par, &opt, 0, 3, 0, &iterations, &measure) == BALL_OK);
-    ENSURE(w->lambda[R_N1] == 0.0 && w->lambda[R_F2] == 0.0 && iterations <= 2);
+    ENSURE(w->R[R_N1] == 0.0 && w->R[R_F2] == 0.0 && iterations <= 2);
 }
 
 static void test_arguments(void) {

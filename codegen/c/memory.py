@@ -1,0 +1,48 @@
+"""Scratch that the runtime declares in C (`runtime/c/sg_work.h`), with the sizes of a model."""
+
+import re
+from dataclasses import asdict
+
+from signorini.codegen.c.layout import Field, Sizes, Struct
+
+_STRUCT = re.compile(
+    r"/\*(?P<doc>(?:(?!\*/).)*)\*/\s*typedef struct \{(?P<body>[^}]*)\} SG\((?P<name>\w+)\);",
+    re.DOTALL,
+)
+_FIELD = re.compile(
+    r"\s*(?P<type>real|int) (?P<name>\w+)(?:\[(?P<dims>[^\]]*)\])?;\s*/\*(?P<doc>.*?)\*/",
+    re.DOTALL,
+)
+
+
+def scratch(text: str, sizes: Sizes) -> tuple[Struct, ...]:
+    """The structs of `sg_work.h`, in its order.
+
+    Raises
+    ------
+    ValueError
+        If the file says something that this reader does not know: nothing is left out.
+    """
+    known = {f"SG_{name.upper()}": size for name, size in asdict(sizes).items()}
+    found = []
+    for s in _STRUCT.finditer(text):
+        fields = []
+        rest = s["body"]
+        while rest.strip():
+            f = _FIELD.match(rest)
+            if f is None:
+                raise ValueError(f"sg_work.h, struct {s['name']}: cannot read {rest.strip()!r}")
+            names = [] if f["dims"] is None else f["dims"].split(" * ")
+            if unknown := [name for name in names if name not in known]:
+                raise ValueError(f"sg_work.h, {s['name']}.{f['name']}: no size {unknown[0]}")
+            dims = tuple(known[name] for name in names)
+            fields.append(Field(f["name"], f["type"], dims, _line(f["doc"])))
+            rest = rest[f.end() :]
+        found.append(Struct(s["name"], _line(s["doc"]), tuple(fields)))
+    if len(found) != text.count("typedef"):
+        raise ValueError("sg_work.h: a typedef cannot be read")
+    return tuple(found)
+
+
+def _line(comment: str) -> str:
+    return " ".join(comment.split())

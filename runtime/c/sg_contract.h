@@ -1,0 +1,84 @@
+#pragma once
+#include "sg_sparse.c"
+
+/* What the generated part tells the runtime: contacts, nonlinear problems, model evaluations. Sizes
+   carry the names that they have in Python: SG_N_Q coordinates, SG_N_R percussion rows of a slot
+   (g, gamma, N, F in turn), SG_N_CONTACTS contacts and friction elements, SG_N_BOUNDS given bounds.
+ */
+
+/* One contact: row of its normal law (-1: friction with a given bound), first slip row, number of
+   slip components, index of its bound (-1: none), whether it has a guard. */
+typedef struct {
+    int normal, friction, components, bound, guarded;
+} sg_contact;
+
+/* Contact of a slip row, and the component of its slip velocity. */
+typedef struct {
+    int contact, component;
+} sg_slip;
+
+/* One nonlinear problem of the scheme: n_x smooth unknowns (blocks of velocities), n_slots groups
+   of SG_N_R percussions, first unknown and first percussion of the problem in work.x and work.R,
+   first row of the response table; gap_slots: in how many slots, from the first, the rows of g and
+   g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows the last slot
+   has; follows: only contacts that the problem before left closed take part; n_border: size of K,
+   which has the bilateral rows and percussions, too; K, B, C, C_radius: where entries of the
+   derivatives stand, B by columns. */
+typedef struct {
+    int n_x, n_slots, x, R, response, gap_slots, last_rows, follows;
+    int n_border;
+    sg_factors K;
+    sg_rows B, C, C_radius;
+} sg_problem;
+
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };         /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };         /* info.percussions */
+enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4 }; /* info.rescues */
+
+/* What an iteration may take for granted: velocities stay as they are but for round-off, which is
+   not corrected; it is the first of a problem and will succeed; others failed before; it is the
+   last, and its nearest point may be as far away as the checker accepts. */
+enum { SG_AT_REST, SG_FIRST_ATTEMPT, SG_LATER_ATTEMPT, SG_LAST_RESORT };
+
+/* Generated functions. All read the step's start and the unknowns from the work struct and write
+   there. */
+static void SG(start)(SG(work) * w, const SG(params) * par);
+static void SG(values)(SG(work) * w, const SG(params) * par, int problem);
+static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
+static int SG(eliminate)(SG(work) * w, int problem, int border);
+static void SG(substitute)(const SG(work) * w, int problem, int first, real b[]);
+static void SG(finish)(SG(work) * w);
+static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
+                       real stage_R[]);
+static void SG(evaluate_places)(real t, const real q[], const SG(params) * par,
+                                SG(consistency) * out);
+static void SG(evaluate_rates)(real t, const real q[], const real v[], const SG(params) * par,
+                               SG(consistency) * out);
+static void SG(bilateral_directions)(real t, const real q[], const SG(params) * par, real out[]);
+static real SG(energy_at)(real t, const real q[], const real v[], const SG(params) * par);
+
+#if SG_N_KEY > 0
+static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);
+static void SG(key)(real t, const real q[], const SG(params) * par, real out[]);
+#endif
+
+/* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
+static inline int sg_is_gap(const sg_problem *pr, int slot, int c) {
+    return slot < pr->gap_slots &&
+           (c < SG_N_G || (c >= SG_N_G + SG_N_GAMMA && c < SG_N_G + SG_N_GAMMA + SG_N_N));
+}
+
+/* 1 if bilateral row c of a slot takes part. */
+static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
+    return slot + 1 < pr->n_slots || c < pr->last_rows;
+}
+
+/* Percussion rows of a slot, at least one, for divisions. */
+#if SG_N_R > 0
+#define SG_ROWS_OF_SLOT SG_N_R
+#else
+#define SG_ROWS_OF_SLOT 1
+#endif
+
+/* First of the slip rows in a slot. */
+enum { SG_NORMAL = SG_N_G + SG_N_GAMMA, SG_SLIP = SG_N_G + SG_N_GAMMA + SG_N_N };

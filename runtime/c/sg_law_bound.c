@@ -1,0 +1,26 @@
+#pragma once
+#include "sg_work.h"
+
+/* The radius of friction: mu R_N of the contact that is pressed, or a bound that the model gives as
+   a function of time, place and velocity. */
+
+/* Radius of contact k in a slot with first row `base`, for percussions R of the problem. */
+static inline real sg_radius(const SG(work) * w, int base, int k, const real *R) {
+    const sg_contact *contact = &sg_contacts[k];
+    return contact->normal >= 0 ? w->mu[k] * R[base + SG_NORMAL + contact->normal]
+                                : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
+}
+
+/* Change of the given bound in row `row` along z; zero for rows of contacts. */
+static inline real sg_bound_change(const SG(work) * w, const sg_problem *pr, int row,
+                                   const real *z) {
+    const int c = row % SG_ROWS_OF_SLOT - SG_SLIP;
+    if (SG_N_BOUNDS > 0 && c >= 0 && w->rows.kind[row] == SG_ROW_SLIP) {
+        const int bound = sg_contacts[sg_slips[c].contact].bound;
+        if (bound >= 0) {
+            return sg_row_dot(&pr->C_radius, w->C_radius,
+                              row / SG_ROWS_OF_SLOT * SG_N_BOUNDS + bound, z);
+        }
+    }
+    return SG_C(0.0);
+}

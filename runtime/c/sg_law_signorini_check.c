@@ -1,0 +1,38 @@
+#pragma once
+#include "sg_limit.c"
+
+/* What the checker asks of a normal row. */
+
+/* Round-off of the normal percussion of a slot: the iteration takes a contact for closed within it,
+   so the checker cannot ask for more. */
+static real sg_normal_floor(const SG(work) * w, const sg_problem *pr, int slot, int n) {
+    const real own = SG_FLOOR * w->scales.percussion_scale[n];
+    return sg_is_gap(pr, slot, n) ? own + w->masses.m_eff[n] * w->scales.gap_floor[n] /
+                                              (w->h * sg_response[pr->response + slot][0])
+                                  : own;
+}
+
+/* 0 <= gap, 0 <= percussion, one of them zero. `floor` is the round-off of the percussion: that of
+   the gap which it closes, times the response. */
+static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percussion, real scale,
+                           real floor, const sg_limit *limit) {
+    return (gap >= SG_C(0.0) || sg_small(gap, gap_scale, gap_floor, limit)) &&
+           (percussion >= SG_C(0.0) || sg_small(percussion, scale, floor, limit)) &&
+           (sg_small(gap, gap_scale, gap_floor, limit) ||
+            sg_small(percussion, scale, floor, limit));
+}
+
+/* Normal row of contact k in a slot, which takes part if `joins`: y and R are the rows of the slot.
+   `*blur` becomes the round-off of the percussion. */
+static int sg_check_normal_row(const SG(work) * w, const sg_problem *pr, int slot, int k, int joins,
+                               const real *y, const real *R, real *blur, const sg_limit *limit) {
+    const int n = SG_NORMAL + sg_contacts[k].normal;
+    const int gap = sg_is_gap(pr, slot, n);
+    *blur = sg_normal_floor(w, pr, slot, n);
+    if (!joins) {
+        return R[n] == SG_C(0.0);
+    }
+    return sg_check_normal(y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
+                           gap ? w->scales.gap_floor[n] : SG_C(0.0), R[n],
+                           w->scales.percussion_scale[n], *blur, limit);
+}

@@ -1,0 +1,152 @@
+#pragma once
+#include "sg_law_elliptic.c"
+#include "sg_linalg.c"
+
+/* Inertia of the coordinates and of the directions of constraints and contacts at the start of a
+   step. */
+
+/* Inertia of every coordinate: |M_jj|, or what the row's largest entry says if that is zero. */
+static void sg_inertia(SG(work) * w) {
+    int j, k;
+    for (j = 0; j < SG_N_Q; ++j) {
+        real own = SG_FABS(w->mass[sg_table[sg_mass.diagonal + j]]);
+        if (!(own > SG_C(0.0))) {
+            const int last = sg_table[sg_mass.start + j + 1];
+            for (k = sg_table[sg_mass.start + j]; k < last; ++k) {
+                const real d =
+                    SG_FABS(w->mass[sg_table[sg_mass.diagonal + sg_table[sg_mass.index + k]]]);
+                const real m = SG_FABS(w->mass[k]);
+                own = sg_max(own, d > SG_C(0.0) ? m * m / d : m);
+            }
+        }
+        w->masses.inertia[sg_table[sg_mass.order + j]] = own;
+    }
+}
+
+/* Factorise the mass matrix. Returns 0 if it is singular or not finite. */
+static int sg_factor_mass(SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_N_Q; ++k) {
+        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[sg_mass.order + k]];
+    }
+    w->smooth.exchanged = !sg_sparse_factor(0, SG_N_Q, &sg_mass, w->smooth.pivot_scale, SG_SMALL,
+                                            w->mass, w->smooth.factors, w->smooth.row);
+    if (w->smooth.exchanged) {
+        for (k = 0; k < SG_N_Q; ++k) {
+            w->smooth.pivot_scale[k] =
+                SG_C(1.0) / w->masses.root_inertia[sg_table[sg_mass.order + k]];
+        }
+        sg_expand(SG_N_Q, &sg_mass, w->mass, w->smooth.full);
+        return sg_lu_factor(SG_N_Q, w->smooth.full, w->smooth.pivot_scale, w->smooth.perm);
+    }
+    return 1;
+}
+
+/* 1 unless the mass matrix has a negative entry on its diagonal. */
+static int sg_is_positive(const SG(work) * w) {
+    int j;
+    for (j = 0; j < SG_N_Q; ++j) {
+        if (w->mass[sg_table[sg_mass.diagonal + j]] < SG_C(0.0)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* 1 if the generated code found the mobilities with pivots that are large enough. */
+static int sg_has_mobility(const SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_N_Q && SG_MOBILITY; ++k) {
+        if (!(w->mass_pivot[k] > SG_SMALL * w->masses.inertia[sg_table[sg_mass.order + k]]) ||
+            !sg_finite(w->mass_pivot[k])) {
+            return 0;
+        }
+    }
+    return SG_MOBILITY;
+}
+
+/* m_eff = 1 / (w^T M^-1 w) of direction c, with the factors of M. */
+static real sg_effective_mass(SG(work) * w, int c) {
+    real *solved = w->masses.solved;
+    real *row = w->masses.row;
+    const int last = sg_table[sg_direction.start + c + 1];
+    real loose = SG_C(0.0);
+    real mobility = SG_C(0.0);
+    int k;
+    sg_fill(SG_N_Q, SG_C(0.0), row);
+    for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+        row[sg_table[sg_direction.index + k]] = w->direction[k];
+        loose +=
+            w->direction[k] * w->direction[k] / w->masses.inertia[sg_table[sg_direction.index + k]];
+    }
+    for (k = 0; k < SG_N_Q; ++k) {
+        solved[k] = row[sg_table[sg_mass.order + k]];
+    }
+    if (w->smooth.exchanged) {
+        sg_lu_solve(SG_N_Q, w->smooth.full, w->smooth.perm, solved);
+    } else {
+        sg_sparse_solve(SG_N_Q, &sg_mass, w->smooth.factors, 0, solved);
+    }
+    for (k = 0; k < SG_N_Q; ++k) {
+        mobility += solved[k] * row[sg_table[sg_mass.order + k]];
+    }
+    /* An indefinite mass matrix may have directions without mobility of their own. */
+    mobility = sg_max(SG_FABS(mobility), SG_LEAST_SHARE * loose);
+    return mobility > SG_C(0.0) ? SG_C(1.0) / mobility : SG_C(0.0);
+}
+
+/* Inertia, effective masses and the constant part of the momentum scales at the start of the step,
+   from work.p, work.force_size, work.mass, work.direction. Returns 0 if the mass matrix is singular
+   or anything is not finite. */
+static int sg_masses(SG(work) * w) {
+    real reference = SG_C(0.0);
+    int c, j, k, known;
+    w->scales.formed = 0;
+    sg_inertia(w);
+    known = sg_has_mobility(w);
+    for (j = 0; j < SG_N_Q; ++j) {
+        w->masses.root_inertia[j] = SG_SQRT(w->masses.inertia[j] / w->masses.inertia[0]);
+        w->masses.momentum[j] = sg_max(SG_FABS(w->p[j]), w->h * w->force_size[j]);
+    }
+    if (!sg_is_positive(w) || !sg_all_finite(SG_N_Q, w->masses.root_inertia) ||
+        !sg_all_finite(SG_N_Q, w->masses.momentum) || (!known && !sg_factor_mass(w))) {
+        return 0;
+    }
+    for (c = 0; c < SG_N_R; ++c) {
+        const int last = sg_table[sg_direction.start + c + 1];
+        w->masses.reach[c] = SG_C(0.0);
+        for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+            w->masses.reach[c] += SG_FABS(w->direction[k] * w->q[sg_table[sg_direction.index + k]]);
+        }
+        if (known) {
+            w->masses.m_eff[c] =
+                w->mobility[c] > SG_C(0.0) ? SG_C(1.0) / w->mobility[c] : SG_C(0.0);
+        } else {
+            w->masses.m_eff[c] = sg_effective_mass(w, c);
+        }
+        if (!sg_finite(w->masses.m_eff[c])) {
+            return 0;
+        }
+        if (!(reference > SG_C(0.0))) {
+            reference = w->masses.m_eff[c];
+        }
+    }
+    for (c = 0; c < SG_N_R; ++c) {
+        /* A direction that vanishes at the start borrows a mass: it cannot push there anyway. */
+        if (!(w->masses.m_eff[c] > SG_C(0.0))) {
+            w->masses.m_eff[c] = reference > SG_C(0.0) ? reference : w->masses.inertia[0];
+        }
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        /* One effective mass for both components of a slip velocity, in units of the semi-axes: the
+           set of friction becomes a ball in the scales that follow from it. */
+        if (sg_contacts[k].components == 2) {
+            const int f = sg_contacts[k].friction;
+            real *m = &w->masses.m_eff[SG_SLIP + f];
+            const real larger = sg_max(m[0], m[1]);
+            m[0] = sg_times_axis(w, f, sg_times_axis(w, f, larger));
+            m[1] = sg_times_axis(w, f + 1, sg_times_axis(w, f + 1, larger));
+        }
+    }
+    return 1;
+}

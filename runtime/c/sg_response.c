@@ -1,0 +1,10 @@
+#pragma once
+#include "sg_work.h"
+
+/* Velocity of a slot over its gap where one percussion changes both; 0 where there are no gaps.
+   Where gaps are closed to their round-off, velocities of the stages are determined no better than
+   this rate times that. */
+static inline real sg_slot_rate(const SG(work) * w, const sg_problem *pr, int slot) {
+    const real *response = sg_response[pr->response + slot];
+    return slot < pr->gap_slots ? response[1] / (w->h * response[0]) : SG_C(0.0);
+}

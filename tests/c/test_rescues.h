@@ -1,0 +1,232 @@
+/* Paths and central paths: what they solve, where they end, what Newton's method needs from there.
+ */
+
+/* The percussions at the end of a path satisfy the contact laws of the linearised problem, up to a
+   share `tolerance` of the largest one; `turns`: in space, too, friction is against the slip. */
+static void check_linear_laws(int problem, double tolerance, int turns) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n = pr->n_slots * SG_N_R;
+    const double *R = &work.R[pr->R];
+    double top = 1e-300;
+    int a, b, k, slot;
+    for (a = 0; a < n; ++a) {
+        work.system.dy[a] = work.linear.y_0[a] + sg_softness(&work, n, a) * R[a];
+        for (b = 0; b < n; ++b) {
+            work.system.dy[a] += work.system.S[b * n + a] * R[b];
+        }
+        top = fmax(top, fabs(R[a]));
+    }
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            const int base = slot * SG_N_R;
+            const int row = base + SG_NORMAL + sg_contacts[k].normal;
+            const int f = base + SG_SLIP + sg_contacts[k].friction;
+            const double small = tolerance * top;
+            double radius;
+            if (!sg_joins(&work, pr, k)) {
+                continue;
+            }
+            if (sg_contacts[k].normal >= 0) {
+                /* gap times stiffness is a percussion */
+                const double push = work.system.dy[row] / fabs(work.system.S[row * (n + 1)]);
+                ENSURE(R[row] >= -small && push >= -small);
+                ENSURE(fmin(fabs(R[row]), fabs(push)) <= small);
+                radius = work.mu[k] * R[row];
+            } else {
+                radius = fmax(work.radius[slot * SG_N_BOUNDS + sg_contacts[k].bound], 0.0);
+            }
+            if (sg_contacts[k].components > 0) {
+                const int count = sg_contacts[k].components;
+                const double size = sg_norm(count, &R[f]);
+                ENSURE(size <= radius + small);
+                /* friction never pushes along the slip, and is full where there is slip */
+                if (count == 1) {
+                    const double slip = work.system.dy[f] / fabs(work.system.S[f * (n + 1)]);
+                    ENSURE(slip * R[f] <= small * (fabs(slip) + top));
+                    ENSURE(fabs(slip) <= small || fabs(size - radius) <= small);
+                }
+                if (turns && count == 2) {
+                    const double stiffness = 1.0 / fabs(work.system.S[f * (n + 1)]);
+                    const double slip = stiffness * sg_norm(2, &work.system.dy[f]);
+                    const double power = stiffness * sg_dot(2, &work.system.dy[f], &R[f]);
+                    ENSURE(fabs(power + radius * slip) <= small * (slip + top));
+                }
+            }
+        }
+    }
+}
+
+/* The unknowns that a path from those in `from` led to satisfy the linearised smooth rows, too. */
+static void check_linear_rows(int problem, const m_work *from) {
+    static double dx[SG_N_X_TOTAL], dR[ROWS];
+    const sg_problem *pr = &sg_problems[problem];
+    double size = 1.0;
+    int i, k;
+    for (i = 0; i < pr->n_x; ++i) {
+        const int unknown = pr->x + sg_table[pr->K.order + i];
+        dx[i] = work.x[unknown] - from->x[unknown];
+        size = fmax(size, fabs(dx[i]));
+    }
+    for (k = 0; k < pr->n_slots * SG_N_R; ++k) {
+        dR[k] = work.R[pr->R + k] - from->R[pr->R + k];
+        size = fmax(size, fabs(dR[k]));
+    }
+    for (i = 0; i < pr->n_x; ++i) {
+        const double sum = work.r[sg_table[pr->K.order + i]] + smooth_row(&work, pr, i, dx, dR);
+        ENSURE(fabs(sum) <= 1e-9 * size);
+    }
+}
+
+#if SG_SPATIAL
+/* Derivatives of the smoothed rows against difference quotients. */
+static void test_central_rows(void) {
+    static double R[ROWS], rows[ROWS], by_e[ROWS], jacobian[ROWS * ROWS];
+    const double e = 0.3;
+    const double step = 1e-6;
+    int trial, problem, a, b;
+    for (trial = 0; trial < 20; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n = pr->n_slots * SG_N_R;
+            draw_unknowns(problem);
+            if (!sg_linearise(&work, &par, &opt, problem) || !sg_central_scales(&work, pr, trial)) {
+                continue;
+            }
+            for (a = 0; a < n; ++a) {
+                R[a] = uniform() * work.central.scale[a];
+            }
+            sg_central_rows(&work, pr, R, e);
+            sg_copy(n, work.central.rows, rows);
+            sg_copy(n, work.central.rates, by_e);
+            sg_copy(n * n, work.system.LU, jacobian);
+            sg_central_rows(&work, pr, R, e + step);
+            for (a = 0; a < n; ++a) {
+                const double slope = (work.central.rows[a] - rows[a]) / step;
+                ENSURE(fabs(slope - by_e[a]) <= 1e-4 * (fabs(slope) + work.central.scale[a]));
+            }
+            for (b = 0; b < n; ++b) {
+                const double kept = R[b];
+                R[b] += step * work.central.scale[b];
+                sg_central_rows(&work, pr, R, e);
+                for (a = 0; a < n; ++a) {
+                    const double slope =
+                        (work.central.rows[a] - rows[a]) / (step * work.central.scale[b]);
+                    const double unit = work.central.scale[a] / work.central.scale[b];
+                    ENSURE(fabs(slope - jacobian[a * n + b]) <= 1e-4 * (fabs(slope) + unit));
+                }
+                R[b] = kept;
+            }
+            if (n > 0) {
+                /* the path ends where no directions, no stride, no numbers are left */
+                double stride = 0.1 * SG_CENTRAL_SHORT;
+                double at = e;
+                work.central.directions = 0;
+                ENSURE(!sg_central_directions(&work, pr, R, e));
+                work.central.directions = 2;
+                sg_copy(n, R, work.central.next);
+                ENSURE(!sg_central_correct(&work, pr, 1.0, -1.0, &at) &&
+                       work.central.directions == 2);
+                work.central.directions = 9;
+                ENSURE(!sg_central_stride(&work, pr, 1.0, -1.0, &stride, &at) && at == e);
+                ENSURE(!sg_central_directions(&work, pr, R, NAN));
+                work.linear.y_0[0] = 1e300;
+                sg_copy(n, R, work.central.next);
+                (void)sg_central_correct(&work, pr, 1.0, -1.0, &at);
+                sg_fill(SG_N_R, 0.0, work.scales.percussion_scale);
+                ENSURE(!sg_central_scales(&work, pr, 0));
+            }
+        }
+    }
+}
+
+/* At the end of a central path the laws of the linearised problem hold nearly; Newton's method
+   needs few iterations from there. */
+static void test_central_paths(void) {
+    int followed = 0;
+    int solved = 0;
+    int trial, problem;
+    for (trial = 0; trial < 40; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
+            int iterations = 0;
+            double measure = 0.0;
+            sg_cold_start(&work, problem);
+            sg_leave_out(&work, problem);
+            other = work;
+            if (SG_N_R > 0 && sg_central(&work, &par, &opt, problem, trial % 3)) {
+                ++followed;
+                check_linear_laws(problem, 1e-2, 1);
+                check_linear_rows(problem, &other);
+                solved +=
+                    sg_newton(&work, &par, &opt, problem, 8, 0, &iterations, &measure) == M_OK;
+            }
+            (void)sg_newton(&work, &par, &opt, problem, 60, 1, &iterations, &measure);
+            if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows) {
+                sg_activity(&work, &opt, &info, problem);
+            }
+        }
+    }
+    ENSURE(SG_N_R == 0 || followed >= 40);
+    ENSURE(solved >= followed - followed / 10);
+}
+#endif
+
+/* Paths solve the linearised problem: a Newton iteration from there needs few steps. */
+static void test_paths_and_rescues(void) {
+    int unsolved = 0;
+    int followed = 0;
+    int trial, problem;
+    for (trial = 0; trial < 40; ++trial) {
+        m_options few = opt;
+        m_state before;
+        int status;
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
+            int iterations = 0;
+            double measure = 0.0;
+            sg_cold_start(&work, problem);
+            sg_leave_out(&work, problem);
+            other = work;
+            if (sg_path(&work, &par, &opt, problem, trial % 3)) {
+                ++followed;
+                check_linear_laws(problem, 1e-7, 0);
+                check_linear_rows(problem, &other);
+                sg_settle(&work, &par, &opt, problem, SG_HELD, &iterations);
+                ENSURE(iterations <= SG_HELD);
+            }
+            status = sg_newton(&work, &par, &opt, problem, 60, 1, &iterations, &measure);
+            unsolved += status != M_OK;
+            if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows) {
+                sg_activity(&work, &opt, &info, problem);
+            }
+        }
+        /* a budget of few iterations: rescues and substeps come in, or the state stays */
+        few.max_iterations = 1 + trial % 5;
+        few.max_halvings = trial % 3;
+        few.active_set = trial % 2 ? M_ACTIVE_END : M_ACTIVE_ANY_STAGE;
+        before = state;
+        status = m_step(&state, &work, &info, &par, &few, u, 0.05);
+        ENSURE(status == info.status);
+        ENSURE(status <= M_OK_SUBSTEPPED ? state.t > before.t
+                                         : !memcmp(&state, &before, sizeof state));
+        few = opt;
+        few.r = 0.7;
+        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
+        few.r = 0.0;
+        few.scaling = M_SCALING_NONE;
+        few.tol = 1e-8;
+        (void)m_step(&state, &work, &info, &par, &few, u, 0.01);
+        /* a new size makes the guess stale; a spoiled guess of the same size is rescued */
+        status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
+        if (status == M_OK && state.warm) {
+            sg_fill(SG_N_X_TOTAL, NAN, state.x);
+            status = m_step(&state, &work, &info, &par, &opt, u, 0.005);
+            ENSURE(status > M_OK_SUBSTEPPED || info.rescues > 0);
+        }
+    }
+    ENSURE(unsolved <= 4);
+}
