@@ -24,6 +24,7 @@ _ROWS = {
     "bound": ("the friction bound of", "bound"),
     "guard": ("the guard of", "contacts"),
     "mu": ("the friction coefficient mu of", "contacts"),
+    "mu_F": ("the friction coefficient mu of", "slip"),
     "e_N": ("the restitution e_N of", "contacts"),
     "e_F": ("the restitution e_F of", "contacts"),
     "chi_g": ("dg/dt of", "g_blocks"),
@@ -115,6 +116,17 @@ def check_coefficients(stepper: Compiled, par: dict[str, float]) -> None:
                     f"model '{stepper.name}': {name} of contact '{contact['name']}' is {value:g} "
                     f"with the parameters {_given(stepper, par)}: {allowed}"
                 )
+    if "mu_F" not in stepper.functions:
+        return
+    each = np.atleast_1d(stepper.evaluate("mu_F", 0.0, zero, parameters=par))
+    for c in stepper.manifest["contacts"]:
+        pair = each[c["friction"] : c["friction"] + c["components"]]
+        if c["law"] == "elliptic" and not (np.all(pair > 0) or np.all(pair == 0)):
+            raise RunError(
+                f"model '{stepper.name}': mu of contact '{c['name']}' is "
+                f"({pair[0]:g}, {pair[1]:g}) with the parameters "
+                f"{_given(stepper, par)}: both must be positive, or both zero"
+            )
 
 
 def check_mass(

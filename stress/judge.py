@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from signorini.runtime.trajectory import Trajectory
+from signorini.verify import laws
 
 _STICKING = 1e-9  # of the radius: nearer to its ball's boundary friction counts as slipping
 _APPROACH = 1e-6  # of the largest speed
@@ -96,6 +97,10 @@ class _Contacts:
             else np.zeros(0)
             for name in ("mu", "e_N", "e_F")
         )
+        self.mu_F = np.ones(stepper.sizes["n_F"])
+        if stepper.sizes["n_axes"]:
+            self.mu_F = stepper.evaluate("mu_F", traj.t[0], traj.q[0], parameters=par)
+        self.laws = [laws.find(c["law"]) for c in self.rows]
         self.bound = stages("bound") if any(c["normal"] < 0 for c in self.rows) else None
         # A run at rest has the speed that its percussions would give.
         mobility = 0.0
@@ -123,7 +128,7 @@ class _Contacts:
         for k, c in enumerate(self.rows):
             if c["components"]:
                 f = slice(c["friction"], c["friction"] + c["components"])
-                size = np.linalg.norm(self.traj.P_F[1:, f], axis=1)
+                size = self.laws[k].size(self.traj.P_F[1:, f], self.mu_F[f])
                 radius = self._radius(k, self.traj.P_N[1:], self.h * self._mean_bound(c))
                 slips = (size >= radius * (1 - _STICKING)) & (radius > 0)
                 at = self.closed[:, k] if c["normal"] >= 0 else np.ones(self.n, dtype=bool)
@@ -182,15 +187,24 @@ class _Contacts:
                     bound = self.h * np.maximum(self.bound[at, i - 1, place], 0)
                 radius = self._radius(k, R_N, bound)
                 R_F, slip = self.traj.R_F[at, i - 1, f], self.gamma_F[at, i, f]
-                worst = max(worst, _in_cone(R_F, slip, radius, self.R_top, self.speed))
+                worst = max(worst, self._in_cone(k, R_F, slip, radius, self.R_top))
             P = self.traj.P_N[1:][at]
             radius = self._radius(k, P, (self.h * self._mean_bound(c))[at])
             before, after = self.traj.gamma_F[:-1][at, f], self.traj.gamma_F[1:][at, f]
             xi = after + self.e_F[k] * before
-            worst = max(
-                worst, _in_cone(self.traj.P_F[1:][at, f], xi, radius, self.P_top, self.speed)
-            )
+            P_F = self.traj.P_F[1:][at, f]
+            worst = max(worst, self._in_cone(k, P_F, xi, radius, self.P_top))
         return worst
+
+    def _in_cone(
+        self, k: int, P: np.ndarray, slip: np.ndarray, radius: np.ndarray, force: float
+    ) -> float:
+        c = self.rows[k]
+        mu_F = self.mu_F[c["friction"] : c["friction"] + c["components"]]
+        size, rate = self.laws[k].size(P, mu_F), self.laws[k].rate(slip, mu_F)
+        outside = np.maximum(size - radius, 0) / force
+        power = np.abs(radius * rate + np.einsum("ij,ij->i", P, slip)) / (force * self.speed)
+        return float(max(outside.max(initial=0), power.max(initial=0)))
 
     def lost(self) -> int:
         """Contacts that pushed at a stage and took no part in the impact equations."""
@@ -213,12 +227,3 @@ class _Contacts:
 def _complementary(a: np.ndarray, b: np.ndarray) -> float:
     """0 <= a, 0 <= b, a b = 0: the worst of -a, -b, min(a, b)."""
     return float(np.abs(np.minimum(a, b)).max(initial=0))
-
-
-def _in_cone(
-    P: np.ndarray, slip: np.ndarray, radius: np.ndarray, force: float, speed: float
-) -> float:
-    size, rate = np.linalg.norm(P, axis=1), np.linalg.norm(slip, axis=1)
-    outside = np.maximum(size - radius, 0) / force
-    power = np.abs(radius * rate + np.einsum("ij,ij->i", P, slip)) / (force * speed)
-    return float(max(outside.max(initial=0), power.max(initial=0)))

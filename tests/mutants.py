@@ -155,6 +155,11 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("planar turn with the wrong sign", "bodies/frames.py", "return (-omega * vector[1], omega * vector[0])", "return (omega * vector[1], -omega * vector[0])"),
     Mutant("support point of the ellipsoid outside", "bodies/shapes.py", "reach = scale(-1 / height", "reach = scale(1 / height"),
     Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),
+    # anisotropic friction
+    Mutant("percussions of an ellipse are taken for those of a disc", "runtime/c/sg_law_elliptic.c", "return R / w->elliptic.axis[c];", "return R;"),
+    Mutant("the slip of an ellipse is taken for that of a disc", "runtime/c/sg_law_elliptic.c", "return x * w->elliptic.axis[c];", "return x;"),
+    Mutant("the checker takes an ellipse for a disc", "runtime/c/sg_law_elliptic_check.c", "? R * w->mu[k] / w->mu_F[c]", "? R"),
+    Mutant("the slip direction turns as on a disc", COULOMB, "sg_over_axis(w, c_e, sg_over_axis(w, c_e, w->rows.slip[other]))", "w->rows.slip[other]"),
     # paths and other rescues
     Mutant("friction along the slip on a path", PATH, "R[f + d] = -w->mu[k] * w->rows.slip[f + d] *", "R[f + d] = w->mu[k] * w->rows.slip[f + d] *"),
     Mutant("velocities move against the percussions of a path", LINEAR, "w->smooth.dx[i] -= w->system.Z[a * pr->n_border + i] * step;", "w->smooth.dx[i] += w->system.Z[a * pr->n_border + i] * step;"),

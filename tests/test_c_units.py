@@ -9,7 +9,7 @@ from pathlib import Path
 import branch_coverage
 import pytest
 import signorini as sg
-from signorini.models import bouncing_ball, box
+from signorini.models import bouncing_ball, box, ribbed_floor
 from trap_models import (
     forms,
     mixed_contacts,
@@ -34,6 +34,7 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (box.model, 3, True),
     (one_coordinate, 4, False),
     (forms, 2, False),
+    (ribbed_floor.model, 2, True),
 )
 # Redundant contacts, masses that vanish, time in every function.
 QUICK = (MODELS[0], MODELS[2])

@@ -66,6 +66,7 @@ CATCHERS = (
         "not coin",
     ),
     ("tables", "tests/test_tables.py", ""),
+    ("anisotropic friction", "tests/test_elliptic.py", ""),
     ("polygons", "tests/test_polygons.py", ""),
     (
         "bodies, sizes of terms",

@@ -7,6 +7,7 @@ import numpy as np
 from signorini.runtime.errors import RunError
 from signorini.runtime.stepper import Stepper
 from signorini.runtime.trajectory import Trajectory
+from signorini.verify import laws
 
 _CLOSED = 1e-9
 
@@ -169,6 +170,9 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
     if any(c["has_guard"] for c in stepper.manifest["contacts"]):
         guard = stepper.evaluate("guard", state.t, state.q, parameters=par)
     mu = stepper.evaluate("mu", state.t, state.q, parameters=par)
+    mu_F = np.ones(stepper.sizes["n_F"])
+    if stepper.sizes["n_axes"]:
+        mu_F = stepper.evaluate("mu_F", state.t, state.q, parameters=par)
     bounds = np.zeros(0)
     if any(c["bound"] >= 0 for c in stepper.manifest["contacts"]):
         bounds = stepper.evaluate("bound", state.t, state.q, u=state.u, parameters=par)
@@ -196,7 +200,8 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
                 found.append((name, "persisting"))
         else:
             radius = state.dt * max(bounds[c["bound"]], 0.0)
-        size = float(np.linalg.norm(P_F))
+        own = mu_F[c["friction"] : c["friction"] + c["components"]]
+        size = float(laws.find(c["law"]).size(P_F, own))
         if c["components"] and radius > 0:
             if size < radius * (1 - 1e-6):
                 found.append((name, "sticking"))

@@ -29,6 +29,16 @@ def _flat(blocks: Sequence[tuple[str, list[Any]]]) -> list[Any]:
     return [e for _, block in blocks for e in block]
 
 
+def _each(contact: Any) -> list[Any]:
+    """The friction coefficient of every slip component."""
+    mu = contact.mu
+    return list(mu) if isinstance(mu, (list, tuple)) else [mu] * len(contact.gamma_F)
+
+
+def _differ(contacts: Sequence[Any]) -> bool:
+    return any(isinstance(c.mu, (list, tuple)) for c in contacts)
+
+
 class Expressions:
     """Numbers from a model's expressions.
 
@@ -61,7 +71,8 @@ class Expressions:
             "gamma_F": [e for c in contacts for e in c.gamma_F],
             "bound": [c.bound for c in contacts if c.g_N is None],
             "guard": [0 if c.guard is None else c.guard for c in contacts],
-            "mu": [c.mu for c in contacts],
+            "mu": [] if _differ(contacts) else [c.mu for c in contacts],
+            "mu_F": [mu for c in contacts for mu in _each(c)] if _differ(contacts) else [],
             "e_N": [c.e_N for c in contacts],
             "e_F": [c.e_F for c in contacts],
             "outputs": [e for _, e in model.outputs],
@@ -72,6 +83,14 @@ class Expressions:
 
     def value(self, name: str, *at: Any) -> Vector:
         """Value of a quantity the user wrote."""
+        if name == "mu" and self.n["mu_F"]:
+            each = self._world.value("mu_F", at)
+            first, largest = 0, []
+            for contact in self.contacts:
+                n_F = len(contact.gamma_F)
+                largest.append(max(each[first : first + n_F], default=0.0))
+                first += n_F
+            return np.array(largest)
         return self._world.value(name, at)
 
     def derivative(self, name: str, variable: str, *at: Any) -> Vector:

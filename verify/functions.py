@@ -72,6 +72,7 @@ def reference_values(
             "bound": e.value("bound", *state),
             "guard": e.value("guard", *state),
             "mu": e.value("mu", *state),
+            "mu_F": e.value("mu_F", *state),
             "e_N": e.value("e_N", *state),
             "e_F": e.value("e_F", *state),
             "WR": W @ force,

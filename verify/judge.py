@@ -6,6 +6,7 @@ It asks what the laws say in words and shares no prox equation with the referenc
 from typing import Any
 
 import numpy as np
+from signorini.verify.laws import Law
 from signorini.verify.reference import Reference, Step
 
 
@@ -38,9 +39,10 @@ def accepts(
     _, _, y, rates, places = reference.smooth(step, t, q, v, u, par, h)
     before = e.y_dot(*at)
     mu, e_N, e_F = (e.value(name, *at) for name in ("mu", "e_N", "e_F"))
-    guard = e.value("guard", *at)
+    guard, mu_F = e.value("guard", *at), reference.mu_F(*at)
     P = reference.b @ step.R
     first_N = first_F = 0
+    offset = reference.n_normal
     for k, (n, f, bound) in enumerate(reference.rows):
         width = f.stop - f.start
         force = sizes["normal"][first_N] if n is not None else 0.0
@@ -50,6 +52,7 @@ def accepts(
         first_F += s * width
         exists = e.contacts[k].guard is None or guard[k] >= 0
         touched = n is None
+        law, own = reference.laws[k], mu_F[f.start - offset : f.stop - offset]
         radii = []
         for i in range(1, s):
             if n is None:
@@ -64,7 +67,8 @@ def accepts(
                 touched = touched or (exists and gap <= tolerance * way)
                 radii.append(mu[k] * max(push, 0.0))
             if not _rubs(
-                step.R[i - 1][f], y[i][f], radii[-1], rub, rub / max(r[f], default=1.0), tolerance
+                *(law, own, step.R[i - 1][f], y[i][f], radii[-1]),
+                *(rub, rub / max(r[f], default=1.0), tolerance),
             ):
                 return False
         if n is None:
@@ -79,7 +83,7 @@ def accepts(
             elif abs(P[n]) > tolerance * force:
                 return False
         slip = np.asarray(rates[f] + e_F[k] * before[f], dtype=float)
-        if touched and not _rubs(P[f], slip, radius, rub, speed, tolerance):
+        if touched and not _rubs(law, own, P[f], slip, radius, rub, speed, tolerance):
             return False
     return True
 
@@ -90,12 +94,19 @@ def _complementary(a: float, b: float, tolerance: float) -> bool:
 
 
 def _rubs(
-    force: np.ndarray, slip: np.ndarray, radius: float, scale: float, speed: float, tolerance: float
+    law: Law,
+    mu_F: np.ndarray,
+    force: np.ndarray,
+    slip: np.ndarray,
+    radius: float,
+    scale: float,
+    speed: float,
+    tolerance: float,
 ) -> bool:
-    """The friction lies in its disc and takes from the slip all the power that it can."""
+    """The friction lies in its set and takes from the slip all the power that it can."""
     if not force.size or not scale > 0:
         return True
-    size, rate = float(np.linalg.norm(force)), float(np.linalg.norm(slip))
+    size, rate = float(law.size(force, mu_F)), float(law.rate(slip, mu_F))
     if size > radius + tolerance * scale:
         return False
     power = float(np.dot(np.asarray(force, float), np.asarray(slip, float)))

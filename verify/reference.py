@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from signorini.codegen.frontend.model import Model
+from signorini.verify import laws
 from signorini.verify.expressions import Expressions
 
 
@@ -98,6 +99,7 @@ class Reference:
         ends = np.cumsum([n["g"], n["gamma"], n["g_N"], n["gamma_F"]])
         self.n_g, self.n_bilateral, self.n_normal, self.n_R = (int(x) for x in ends)
         self.rows: list[tuple[int | None, slice, int | None]] = []
+        self.laws: list[laws.Law] = []
         normal, slip, bound = self.n_bilateral, self.n_normal, 0
         for contact in self.e.contacts:
             count = len(contact.gamma_F)
@@ -109,6 +111,7 @@ class Reference:
                     None if unilateral else bound,
                 )
             )
+            self.laws.append(laws.find("elliptic" if isinstance(contact.mu, (list, tuple)) else ""))
             normal += unilateral
             bound += not unilateral
             slip += count
@@ -345,7 +348,7 @@ class Reference:
         e, s = self.e, self.s
         normal, friction = [], []
         mu, e_N, e_F = (e.value(name, *start) for name in ("mu", "e_N", "e_F"))
-        guard = e.value("guard", *start)
+        guard, mu_F = e.value("guard", *start), self.mu_F(*start)
         bounds = [np.maximum(e.value("bound", *at[i]), 0) for i in range(s)]
         P = self.b @ step.R
         for k, (n, f, bound) in enumerate(self.rows):
@@ -360,7 +363,7 @@ class Reference:
                     radius = mu[k] * max(force[n], 0.0) if exists else 0.0
                 else:
                     radius = h * bounds[i - 1][bound]
-                friction.append(prox_residual(force[f], y[i][f], radius, r[f]))
+                friction.append(self.friction(k, force[f], y[i][f], radius, r, mu_F))
             if n is None:
                 radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
             else:
@@ -370,10 +373,22 @@ class Reference:
                 xi = end_rates[n] + e_N[k] * start_rates[n]
                 normal.append(P[n] + min(r[n] * xi - P[n], 0) if active else P[n])
                 radius = mu[k] * max(P[n], 0.0) if active else 0.0
-            friction.append(
-                prox_residual(P[f], end_rates[f] + e_F[k] * start_rates[f], radius, r[f])
-            )
+            xi_F = end_rates[f] + e_F[k] * start_rates[f]
+            friction.append(self.friction(k, P[f], xi_F, radius, r, mu_F))
         return normal, friction
+
+    def mu_F(self, *at: Any) -> np.ndarray:
+        """Friction coefficient of every slip component; ones where no law asks for them."""
+        values = self.e.value("mu_F", *at)
+        return values if values.size else np.ones(self.n_R - self.n_normal)
+
+    def friction(
+        self, k: int, P: Any, slip: Any, radius: float, r: np.ndarray, mu_F: np.ndarray
+    ) -> np.ndarray:
+        """Residual of the friction of contact k, by its law."""
+        f = self.rows[k][1]
+        own = mu_F[f.start - self.n_normal : f.stop - self.n_normal]
+        return self.laws[k].residual(P, slip, radius, np.max(r[f], initial=0.0), own)
 
     # --- solving ----------------------------------------------------------------------------------
 
@@ -441,17 +456,6 @@ class Reference:
             minus[k] -= d
             columns.append((f(plus) - f(minus)) / (plus[k] - minus[k]))
         return np.array(columns, dtype=float).T
-
-
-def prox_residual(force: np.ndarray, slip: np.ndarray, radius: float, r: np.ndarray) -> np.ndarray:
-    """R + prox_C(r gamma - R), C the ball of the given radius  (65), (66)."""
-    if force.size == 0:
-        return np.zeros(0)
-    z = np.max(r) * slip - force
-    size = float(np.sqrt(z @ z))
-    if size <= radius:
-        return force + z
-    return force + radius * z / size
 
 
 def _exact(x: float) -> Any:

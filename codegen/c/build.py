@@ -362,6 +362,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
                 -1 if is_contact else bound,
                 c.guard is not None if guarded is None else guarded[k],
                 c.guard is not None,
+                c.law,
             )
         )
         normal += is_contact

@@ -41,6 +41,7 @@ class ContactRow:
     bound: int
     guarded: bool  # exists only while its entry of work.guard is >= 0
     has_guard: bool  # the model gives a guard
+    law: str  # of its friction: none, coulomb, elliptic or bound
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ PUBLIC: tuple[tuple[str, str], ...] = (
     ("bound", "tqu"),
     ("guard", "tq"),
     ("mu", ""),
+    ("mu_F", ""),
     ("e_N", ""),
     ("e_F", ""),
     ("WR", "tqR"),

@@ -57,6 +57,7 @@ QUANTITIES: dict[str, Quantity] = {
     "F": Quantity("F = h (dL/dq)^T + h f + W R  (63)", "percussion of all forces at a stage"),
     "rho": Quantity("rho = h max(bound, 0)", "radii of the friction elements"),
     "mu": Quantity("mu", "friction coefficients"),
+    "mu_F": Quantity("mu_F", "friction coefficient of every slip component, if some differ"),
     "e_N": Quantity("e_N", "normal restitution"),
     "e_F": Quantity("e_F", "tangential restitution"),
     "guard": Quantity("guard(t, q) >= 0", "whether a contact exists"),
@@ -228,6 +229,13 @@ class Derivation:
 
     def _mu(self) -> ca.SX:
         return self._column([c.mu for c in self.data.contacts])
+
+    def _mu_F(self) -> ca.SX:
+        contacts = self.data.contacts
+        if all(c.mu_F is None for c in contacts):
+            return ca.SX(0, 1)
+        each = [c.mu if c.mu_F is None else c.mu_F[d] for c in contacts for d in range(c.n_F)]
+        return self._column(each)
 
     def _e_N(self) -> ca.SX:
         return self._column([c.e_N for c in self.data.contacts])

@@ -269,8 +269,13 @@ class Model:
             Gap g_N(t, q) >= 0.
         gamma_F : None, expression, or list of one or two expressions
             Slip velocity gamma_F(t, q, v), affine in v: frictionless, planar or spatial.
-        mu, e_N, e_F : number or expression of parameters
-            Friction coefficient >= 0, normal and tangential restitution in [0, 1].
+        mu : number or expression of parameters, or a pair of them
+            Friction coefficient >= 0. A pair gives one coefficient for each of the two slip
+            components: friction lies in the ellipse |(P_F1 / mu_1, P_F2 / mu_2)| <= P_N and takes
+            as much power from the slip as it can (anisotropic friction). Both are positive, or
+            both zero.
+        e_N, e_F : number or expression of parameters
+            Normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
         never : mapping from kind of motion to reason, optional
@@ -290,7 +295,7 @@ class Model:
             )
         if gamma_F is None:
             for law, value in (("mu", mu), ("e_F", e_F)):
-                if not is_number(value) or float(value) != 0:
+                if isinstance(value, (list, tuple)) or not is_number(value) or float(value) != 0:
                     raise ModelError(
                         self.name,
                         f"{law} of contact '{name}'",

@@ -29,7 +29,10 @@ class Contact:
     gamma_F : SX, shape (0 | 1 | 2, 1)
         Slip velocity, affine in v.
     mu, e_N, e_F : SX scalar
-        Friction and restitution coefficients, functions of the parameters.
+        Friction and restitution coefficients, functions of the parameters; of two friction
+        coefficients the larger one.
+    mu_F : SX, shape (n_F, 1), or None
+        Friction coefficient of each slip component where they differ.
     bound : SX scalar or None
         Largest friction force where ``g_N is None``.
     guard : SX scalar or None
@@ -44,6 +47,16 @@ class Contact:
     e_F: ca.SX
     bound: ca.SX | None = None
     guard: ca.SX | None = None
+    mu_F: ca.SX | None = None
+
+    @property
+    def law(self) -> str:
+        """The law of its friction: none, coulomb, elliptic or bound."""
+        if self.g_N is None:
+            return "bound"
+        if not self.n_F:
+            return "none"
+        return "coulomb" if self.mu_F is None else "elliptic"
 
     @property
     def n_F(self) -> int:

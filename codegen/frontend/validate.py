@@ -1,5 +1,6 @@
 """Checks a declared model and freezes it; every error names equation, symbol and remedy."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -251,25 +252,55 @@ class _Freezer:
             self.affine(f"gamma_F of {where}" + (f" [{k}]" if len(c.gamma_F) > 1 else ""), e)
             for k, e in enumerate(c.gamma_F)
         ]
-        laws = {}
-        for law, value, top in (("mu", c.mu, None), ("e_N", c.e_N, 1.0), ("e_F", c.e_F, 1.0)):
-            equation = f"{law} of {where}"
-            if is_number(value):
-                number = float(value)
-                if not number >= 0 or (top is not None and number > top):
-                    allowed = (
-                        "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
-                    )
-                    raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
-            laws[law] = self.scalar(equation, value, "p")
+        laws = {
+            law: self.coefficient(f"{law} of {where}", value, 1.0)
+            for law, value in (("e_N", c.e_N), ("e_F", c.e_F))
+        }
+        mu_F = None
+        if isinstance(c.mu, (list, tuple)):
+            mu_F = self.coefficients(f"mu of {where}", c.mu, len(rows))
+            laws["mu"] = ca.fmax(mu_F[0], mu_F[1])
+        else:
+            laws["mu"] = self.coefficient(f"mu of {where}", c.mu, None)
         return Contact(
             name=c.name,
             g_N=g_N,
             gamma_F=ca.vertcat(ca.SX(0, 1), *rows),
             bound=bound,
             guard=guard,
+            mu_F=mu_F,
             **laws,
         )
+
+    def coefficient(self, equation: str, value: Any, top: float | None) -> ca.SX:
+        """A coefficient of a law: at least zero, at most `top`."""
+        if is_number(value):
+            number = float(value)
+            if not number >= 0 or (top is not None and number > top):
+                allowed = "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
+                raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
+        return self.scalar(equation, value, "p")
+
+    def coefficients(self, equation: str, pair: Sequence[Any], n_F: int) -> ca.SX:
+        """Friction coefficients of both slip components."""
+        if len(pair) != 2 or n_F != 2:
+            raise ModelError(
+                self.name,
+                equation,
+                f"has {len(pair)} entries for {n_F} slip component{'' if n_F == 1 else 's'}",
+                "Give one coefficient, or a pair for a slip velocity of two components",
+            )
+        if any(is_number(value) and float(value) == 0 for value in pair) and not all(
+            is_number(value) and float(value) == 0 for value in pair
+        ):
+            raise ModelError(
+                self.name,
+                equation,
+                "is zero for one component alone",
+                "Give positive coefficients; where one direction slides freely, leave its slip "
+                "component out of gamma_F",
+            )
+        return ca.vertcat(*(self.coefficient(equation, value, None) for value in pair))
 
     def start(self) -> dict[str, ca.SX]:
         start = self.model.start
@@ -497,11 +528,19 @@ def _check_start_values(data: ModelData) -> None:
                 (f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q))
             )
         checks.append((f"gamma_F of '{c.name}'", c.gamma_F))
-        for law, value, low, top in (
-            ("mu", c.mu, 0.0, np.inf),
-            ("e_N", c.e_N, 0.0, 1.0),
-            ("e_F", c.e_F, 0.0, 1.0),
-        ):
+        coefficients = [("mu", c.mu, np.inf), ("e_N", c.e_N, 1.0), ("e_F", c.e_F, 1.0)]
+        if c.mu_F is not None:
+            pair = np.asarray(ca.Function("mu", [data.par], [c.mu_F])(par)).ravel()
+            coefficients += [("mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
+            if np.any(pair == 0) and np.any(pair > 0):
+                raise ModelError(
+                    data.name,
+                    f"mu of contact '{c.name}'",
+                    f"is ({pair[0]:g}, {pair[1]:g}) with the default parameters",
+                    "Both coefficients are positive, or both zero",
+                )
+        for law, value, top in coefficients:
+            low = 0.0
             number = float(ca.Function("law", [data.par], [value])(par))
             if not low <= number <= top:
                 raise ModelError(

@@ -89,7 +89,7 @@ class Lobatto:
         )
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
-            *("guard", "mu", "e_N", "e_F"),
+            *("guard", "mu", "mu_F", "e_N", "e_F"),
         )
         return [
             self.point("stage", at_stage, ("p", "F", *_STAGE_ROWS, "rho")),
@@ -256,6 +256,7 @@ class Lobatto:
                 dense("force_size", opening["force_size"], "size of dL/dq and f at t_n"),
                 dense("p", self.p_n, "p(t_n, q_n, v_n)"),
                 dense("mu", opening["mu"], "friction coefficients"),
+                dense("mu_F", opening["mu_F"], "friction coefficients of slip components"),
                 dense("e_N", opening["e_N"], "normal restitution"),
                 dense("e_F", opening["e_F"], "tangential restitution"),
                 dense("guard", opening["guard"], "guards at (t_n, q_n)"),

@@ -151,7 +151,7 @@ class AtMiddle:
                 "force_size": magnitude(d["force"]) + d["bound_force"],
                 "guard": _closed(d),
                 **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
-                **{name: d[name] for name in ("rho", "mu", "e_N", "e_F")},
+                **{name: d[name] for name in ("rho", "mu", "mu_F", "e_N", "e_F")},
             },
         )
         self.terms, points = terms_of_place(memory, data, (values, mass, start_values))
@@ -220,6 +220,7 @@ class AtMiddle:
                     dense("force_size", known["force_size"], "size of the forces"),
                     dense("p", begin["p"], "p(t_m, q_m, v_n)"),
                     dense("mu", known["mu"], "friction coefficients"),
+                    dense("mu_F", known["mu_F"], "friction coefficients of slip components"),
                     dense("e_N", known["e_N"], "normal restitution"),
                     dense("e_F", known["e_F"], "tangential restitution"),
                     dense("guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),

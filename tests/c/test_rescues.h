@@ -37,7 +37,7 @@ static void check_linear_laws(int problem, double tolerance, int turns) {
             }
             if (sg_contacts[k].components > 0) {
                 const int count = sg_contacts[k].components;
-                const double size = sg_norm(count, &R[f]);
+                const double size = sg_friction_size(&work, k, &R[f]);
                 ENSURE(size <= radius + small);
                 /* friction never pushes along the slip, and is full where there is slip */
                 if (count == 1) {
@@ -47,7 +47,9 @@ static void check_linear_laws(int problem, double tolerance, int turns) {
                 }
                 if (turns && count == 2) {
                     const double stiffness = 1.0 / fabs(work.system.S[f * (n + 1)]);
-                    const double slip = stiffness * sg_norm(2, &work.system.dy[f]);
+                    double against[2] = {0.0, 0.0};
+                    const double slip =
+                        stiffness * sg_friction_slip(&work, k, &work.system.dy[f], against);
                     const double power = stiffness * sg_dot(2, &work.system.dy[f], &R[f]);
                     ENSURE(fabs(power + radius * slip) <= small * (slip + top));
                 }

@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from signorini.codegen.frontend.model import Model
-from signorini.verify.reference import Reference, Step, Unknowns, prox_residual
+from signorini.verify.reference import Reference, Step, Unknowns
 
 
 class MoreauReference(Reference):
@@ -88,6 +88,7 @@ class MoreauReference(Reference):
         momentum, xi = self.equations_of("velocity", step.v_end, P, at, h)
         gaps = self.e.value("g_N", *middle, v, u, par)
         mu, guard = self.e.value("mu", *at), self.e.value("guard", *middle, v, u, par)
+        mu_F = self.mu_F(*at)
         bounds = np.maximum(self.e.value("bound", *middle, v, u, par), 0)
         normal, friction = [], []
         for k, (n, f, bound) in enumerate(self.rows):
@@ -99,7 +100,7 @@ class MoreauReference(Reference):
                 closed = exists and gaps[n - self.n_bilateral] <= 0
                 normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if closed else P[n])
                 radius = mu[k] * max(P[n], 0.0) if closed else 0.0
-            friction.append(prox_residual(P[f], np.asarray(xi[f], float), radius, r[f]))
+            friction.append(self.friction(k, P[f], np.asarray(xi[f], float), radius, r, mu_F))
         return {
             "end": momentum,
             **self._place(step, self._end_place(q, v, step.v_end, h)),
