@@ -104,7 +104,7 @@ class Program:
         command = [
             *(*find_compiler(), *flags, "-I."),
             *(f"-D{name}={value}" for name, value in sizes.items()),
-            *("-o", str(target), str(HERE / "steps.c"), "m.c", "-lm"),
+            *("-o", str(target), str(HERE / "steps.c"), "m.c", "m_model.c", "-lm"),
         ]
         _run(command, self.folder)
         return target

@@ -27,6 +27,9 @@ def model() -> sg.Model:
     height = -sp.sin(slope_x) * x - sp.sin(slope_y) * y + sp.cos(slope_x) * sp.cos(slope_y) * z
     m.lagrangian = mass * (vx**2 + vy**2 + vz**2) / 2 - mass * grav * height
     m.contact("ribs", g_N=z, gamma_F=[vx, vy], mu=(along, across), e_N=e_N)
+    for k in range(-1, 5):  # ribs, seen from above
+        m.shape([(-0.05, 0.04 * k), (0.4, 0.04 * k)])
+    m.shape([(x, y)], radius=0.015)
     m.initial_state(q=[0, 0, 0], v=[1.0, 1.0, 0])
     m.suggest(dt=1e-3, t_end=0.4)
     return m

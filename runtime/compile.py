@@ -87,7 +87,7 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     Parameters
     ----------
     source : Path
-        The ``.c`` file; its header stands beside it.
+        The ``.c`` file; its header and the file of the model functions stand beside it.
     prefix : str
         Prefix of its names.
     again : bool
@@ -99,12 +99,19 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
         If there is no compiler, or with its messages if it fails.
     """
     text, heading = source.read_bytes(), source.with_suffix(".h").read_bytes()
-    lines = text.count(b"\n")
+    model = source.with_name(f"{source.stem}_model.c")
+    functions = model.read_bytes()
+    lines = text.count(b"\n") + functions.count(b"\n")
     level = next(level for least, level in _LEVELS if lines >= least)
-    files = {source.name: text, f"{source.stem}.h": heading, _BATCH.name: _BATCH.read_bytes()}
-    parts = (_without_defaults(text), _without_defaults(heading), files[_BATCH.name])
+    files = {
+        source.name: text,
+        model.name: functions,
+        f"{source.stem}.h": heading,
+        _BATCH.name: _BATCH.read_bytes(),
+    }
+    parts = (*map(_without_defaults, (text, functions, heading)), files[_BATCH.name])
     before = (f"-DSIGNORINI_PREFIX={prefix}", "-include", f"{source.stem}.h", "-I.")
-    sources = (source.name, _BATCH.name)
+    sources = (source.name, model.name, _BATCH.name)
     return _shared(source.stem, files, parts, (level, *FLAGS), before, sources, again)
 
 

@@ -56,8 +56,9 @@ class Library:
         for name, fields in m["structs"].items():
             self.structs[name] = self._struct(name, fields)
         source = folder / f"{self.prefix}.c"
-        if not source.is_file() or not source.with_suffix(".h").is_file():
-            raise RunError(f"{folder} lacks {source.name} or its header: generate it again")
+        for file in (source, source.with_suffix(".h"), folder / f"{self.prefix}_model.c"):
+            if not file.is_file():
+                raise RunError(f"{folder} lacks {file.name}: generate it again")
         try:
             self.dll = ctypes.CDLL(str(compile_library(source, self.prefix)))
         except OSError:
@@ -150,6 +151,7 @@ class Library:
         meta = entry()
         text = (self.folder / f"{self.prefix}.c").read_text(encoding="utf-8", errors="replace")
         said = dict(re.findall(r'meta\.(\w+) = "([^"]*)";', text))
+        self._verify_model_file()
         for key in ("model", "scheme", "precision", "runtime_hash"):
             said[key] = getattr(meta, key).decode("ascii", "replace")
         for key in ("model", "scheme", "precision", "model_hash", "runtime_hash"):
@@ -172,6 +174,17 @@ class Library:
                     f"{self.folder}: the struct '{name}' has {size} bytes in C but "
                     f"{ctypes.sizeof(self.structs[name])} by the manifest: generate it again"
                 )
+
+    def _verify_model_file(self) -> None:
+        """The file of the model functions says in its head which model it is of."""
+        name = f"{self.prefix}_model.c"
+        text = (self.folder / name).read_text(encoding="utf-8", errors="replace")
+        said = dict(re.findall(r"^ \*   (\w+) +sha256 (\w+)$", text, re.MULTILINE))
+        if said != {key: self.manifest[f"{key}_hash"] for key in ("model", "runtime")}:
+            raise RunError(
+                f"{self.folder}: {name} is of another model or generator than manifest.json; the "
+                "files do not belong together: generate them again"
+            )
 
     # --- arrays ----------------------------------------------------------------------------------
 

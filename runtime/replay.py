@@ -12,7 +12,7 @@ from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.options import RunOptions
 
-_FORMAT = 3
+_FORMAT = 4
 
 
 @dataclass(frozen=True)

@@ -68,8 +68,8 @@ def units(make: Callable[[], sg.Model], stages: int, prefix: str, folder: Path) 
     """A generated stepper whose branches are attributed to the files of runtime/c."""
     # the unit tests know the unknowns of the paper's form
     folder = sg.generate(make(), folder, stages=stages, prefix=prefix, velocity_constraints="paper")
-    source = folder / f"{prefix}.c"
-    source.write_text(branch_coverage.with_lines(source.read_text()))
+    for source in (folder / f"{prefix}.c", folder / f"{prefix}_model.c"):
+        source.write_text(branch_coverage.with_lines(source.read_text()))
     return folder
 
 

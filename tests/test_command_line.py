@@ -98,7 +98,14 @@ def test_generate_builds_and_runs(folder: Path) -> None:
     call("generate", "ball.py", "--stages", "2", cwd=folder)
     target = folder / "bouncing_ball_c"
     assert {p.name for p in target.iterdir()} == {
-        *("bouncing_ball.c", "bouncing_ball.h", "example.c", "Makefile", "CMakeLists.txt"),
+        *(
+            "bouncing_ball.c",
+            "bouncing_ball_model.c",
+            "bouncing_ball.h",
+            "example.c",
+            "Makefile",
+            "CMakeLists.txt",
+        ),
         *("README.md", "manifest.json", "bouncing_ball_unity.h"),
     }
     subprocess.run(["make", "-C", str(target)], check=True, capture_output=True)

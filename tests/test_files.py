@@ -286,7 +286,9 @@ def test_two_steppers_in_one_unit(tmp_path: Path) -> None:
     made = (("one", "double"), ("two", "float"), ("three", "double"))
     for k, (name, precision) in enumerate(made):
         sg.generate(point(name), tmp_path / name, stages=2 + k, precision=precision)
-    body = "".join(f'#include "{name}/{name}.c"\n' for name, _ in made)
+    body = "".join(
+        f'#include "{name}/{name}.c"\n#include "{name}/{name}_model.c"\n' for name, _ in made
+    )
     calls = []
     for name, _ in made:
         body += f"static {name}_work {name}_w;\n"

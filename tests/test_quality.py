@@ -126,12 +126,15 @@ def test_the_reference_is_independent() -> None:
         "signorini.codegen.frontend.model",
         "signorini.codegen.frontend.table",  # points and values that a user gave
         "signorini.codegen.frontend.terms",  # a walk over SymPy's terms, without a meaning
-        *(f"signorini.verify.{name}" for name in ("expressions", "reference", "splines")),
+        *(f"signorini.verify.{name}" for name in ("expressions", "laws", "reference", "splines")),
     }
     schemes = {path.stem for path in (ROOT / "verify" / "schemes").glob("*.py")} - {"__init__"}
     known |= {f"signorini.verify.schemes.{name}" for name in schemes}
+    laws = {path.stem for path in (ROOT / "verify" / "laws").glob("*.py")} - {"__init__"}
     for name in (
         "expressions",
+        "laws/__init__",
+        *(f"laws/{n}" for n in laws),
         "reference",
         "splines",
         "judge",

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from signorini.codegen.frontend.model import Model
-from signorini.verify import laws
 from signorini.verify.expressions import Expressions
+from signorini.verify.laws import Law, find
 
 
 def coefficients(s: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -99,7 +99,7 @@ class Reference:
         ends = np.cumsum([n["g"], n["gamma"], n["g_N"], n["gamma_F"]])
         self.n_g, self.n_bilateral, self.n_normal, self.n_R = (int(x) for x in ends)
         self.rows: list[tuple[int | None, slice, int | None]] = []
-        self.laws: list[laws.Law] = []
+        self.laws: list[Law] = []
         normal, slip, bound = self.n_bilateral, self.n_normal, 0
         for contact in self.e.contacts:
             count = len(contact.gamma_F)
@@ -111,7 +111,7 @@ class Reference:
                     None if unilateral else bound,
                 )
             )
-            self.laws.append(laws.find("elliptic" if isinstance(contact.mu, (list, tuple)) else ""))
+            self.laws.append(find("elliptic" if isinstance(contact.mu, (list, tuple)) else ""))
             normal += unilateral
             bound += not unilateral
             slip += count

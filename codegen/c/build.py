@@ -31,7 +31,9 @@ from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Pro
 from signorini.version import __version__
 
 # What a stepper is made of; each file names those that it needs by #include.
-RUNTIME = ("sg_simulate.c", "sg_stable.c", "sg_cell.c")
+RUNTIME = ("sg_simulate.c", "sg_cell.c")
+# What stands beside the model functions.
+MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
 # Printed into the header, with the sizes of the model.
@@ -273,7 +275,10 @@ class _Builder:
             record=record,
             types=runtime_source(files[:behind]),
             runtime=runtime_source(files[behind:]),
-            runtime_hash=hashlib.sha256("".join(map(runtime_file, files)).encode()).hexdigest(),
+            model_runtime=runtime_source(runtime_order(MODEL_RUNTIME)),
+            runtime_hash=hashlib.sha256(
+                "".join(map(runtime_file, runtime_order((*RUNTIME, *MODEL_RUNTIME)))).encode()
+            ).hexdigest(),
             model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
             example_h=number(data.dt),

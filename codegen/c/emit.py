@@ -16,6 +16,7 @@ from signorini.codegen.frontend.errors import GenerationError
 TEMPLATES = {
     "{prefix}.h": "stepper.h.jinja",
     "{prefix}.c": "stepper.c.jinja",
+    "{prefix}_model.c": "model.c.jinja",
     "{prefix}_unity.h": "unity.h.jinja",
     "example.c": "example.c.jinja",
     "Makefile": "Makefile.jinja",

@@ -24,10 +24,22 @@ from signorini.codegen.c.printer import Precision
 from signorini.codegen.c.tables import CTable
 from signorini.codegen.frontend.model_data import Parameter
 
-_TEMPLATE_MACROS = (
-    *("SG", "SG_K", "SG_FLOAT", "SG_SPATIAL", "SG_STABLE", "SG_STABLE_PHASE"),
-    *("SG_DIRECTIONS", "SG_MOBILITY", "SG_TABULATED"),
+_MODEL_MACROS = (
+    *("SG_N_Q", "SG_N_G", "SG_N_GAMMA", "SG_STABLE", "SG_STABLE_PHASE", "SG_TABULATED"),
+    *("SG_SPATIAL",),
 )
+_TEMPLATE_MACROS = (
+    *("SG", "SG_K", "SG_FLOAT", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY", "SG_TABULATED"),
+)
+
+
+def _names(
+    text: str, macros: tuple[str, ...], words: tuple[str, ...] = ()
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Macros, and other names, that a text of the runtime defines or uses."""
+    defined = set(re.findall(r"#define (\w+)", text)) | set(macros)
+    used = set(re.findall(r"\b(?:sg|SG)_\w+", re.sub(r"/\*.*?\*/", " ", text, flags=re.S)))
+    return tuple(sorted(defined)), tuple(sorted((used | {*words, "real"}) - defined))
 
 
 @dataclass(frozen=True)
@@ -139,6 +151,7 @@ class EmitSpec:
     record: CFunction
     types: str
     runtime: str
+    model_runtime: str
     runtime_hash: str
     model_hash: str
     tools: tuple[tuple[str, str], ...]
@@ -175,6 +188,21 @@ class EmitSpec:
         return tuple((what, _spelled(names)) for what, names in groups if names)
 
     @property
+    def energy(self) -> tuple[CFunction, ...]:
+        """Public functions that the stepper itself calls, and that stand in its file."""
+        return tuple(f for f in self.functions if f.name == "energy")
+
+    @property
+    def model_functions(self) -> tuple[CFunction, ...]:
+        """Public functions that have a file of their own."""
+        return tuple(f for f in self.functions if f.name != "energy")
+
+    @property
+    def model_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Macros, and other names, of the file of model functions; for two files in one unit."""
+        return _names(self.model_runtime, ("SG", "SG_K", "SG_FLOAT", *_MODEL_MACROS))
+
+    @property
     def size_macros(self) -> tuple[tuple[str, int], ...]:
         """Sizes that the runtime asks for, by the names that they have there."""
         names = re.findall(r"\bSG_N_\w+", self.types + self.runtime)
@@ -184,12 +212,10 @@ class EmitSpec:
     @property
     def own_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Macros, and other names, that every generated C file has; for two in one unit."""
-        text = self.types + self.runtime
-        macros = set(re.findall(r"#define (\w+)", text)) | set(_TEMPLATE_MACROS)
-        macros |= {name for name, _ in self.size_macros}
-        words = set(re.findall(r"\b(?:sg|SG)_\w+", re.sub(r"/\*.*?\*/", " ", text, flags=re.S)))
-        words |= {"sg_table", "sg_index", "real"}
-        return tuple(sorted(macros)), tuple(sorted(words - macros))
+        sizes = (name for name, _ in self.size_macros)
+        return _names(
+            self.types + self.runtime, (*_TEMPLATE_MACROS, *sizes), ("sg_table", "sg_index")
+        )
 
     @property
     def contact_states(self) -> tuple[str, ...]:

@@ -21,10 +21,12 @@
 #undef SG_CHECK_FLOORS
 #undef SG_CHECK_MOST
 #undef SG_CLEARLY
+#undef SG_CYCLE
 #undef SG_DESCENT
 #undef SG_DIRECTIONS
 #undef SG_EPS
 #undef SG_FABS
+#undef SG_FINEST
 #undef SG_FLOAT
 #undef SG_FLOOR
 #undef SG_GIVE
@@ -38,6 +40,7 @@
 #undef SG_LAST_TURNS
 #undef SG_LEAST_SHARE
 #undef SG_MOBILITY
+#undef SG_MOST_HALVINGS
 #undef SG_NAN
 #undef SG_N_AXES
 #undef SG_N_BOUNDS
@@ -54,6 +57,9 @@
 #undef SG_N_TERMS
 #undef SG_N_U
 #undef SG_N_X_TOTAL
+#undef SG_PARTS
+#undef SG_PART_AGAIN
+#undef SG_PART_WHOLE
 #undef SG_PLAIN
 #undef SG_POWER_CHANGE
 #undef SG_POWER_ROUNDS
@@ -64,8 +70,6 @@
 #undef SG_SOFTNESS
 #undef SG_SPATIAL
 #undef SG_SQRT
-#undef SG_STABLE
-#undef SG_STABLE_PHASE
 #undef SG_STAGNATION
 #undef SG_SUBSTEP_TURNS
 #undef SG_SWEEPS
@@ -140,8 +144,6 @@
 #define sg_activity bouncing_ball_own_sg_activity
 #undef sg_add_row
 #define sg_add_row bouncing_ball_own_sg_add_row
-#undef sg_admissible
-#define sg_admissible bouncing_ball_own_sg_admissible
 #undef sg_advance
 #define sg_advance bouncing_ball_own_sg_advance
 #undef sg_all_finite
@@ -218,8 +220,6 @@
 #define sg_check_slip bouncing_ball_own_sg_check_slip
 #undef sg_check_slip_rows
 #define sg_check_slip_rows bouncing_ball_own_sg_check_slip_rows
-#undef sg_cholesky
-#define sg_cholesky bouncing_ball_own_sg_cholesky
 #undef sg_choose
 #define sg_choose bouncing_ball_own_sg_choose
 #undef sg_cod_factor
@@ -244,6 +244,8 @@
 #define sg_copy bouncing_ball_own_sg_copy
 #undef sg_count
 #define sg_count bouncing_ball_own_sg_count
+#undef sg_cover
+#define sg_cover bouncing_ball_own_sg_cover
 #undef sg_direction
 #define sg_direction bouncing_ball_own_sg_direction
 #undef sg_dot
@@ -252,6 +254,8 @@
 #define sg_effective_mass bouncing_ball_own_sg_effective_mass
 #undef sg_elliptic_begin
 #define sg_elliptic_begin bouncing_ball_own_sg_elliptic_begin
+#undef sg_end_of
+#define sg_end_of bouncing_ball_own_sg_end_of
 #undef sg_ended_here
 #define sg_ended_here bouncing_ball_own_sg_ended_here
 #undef sg_evaluate
@@ -264,8 +268,6 @@
 #define sg_expand bouncing_ball_own_sg_expand
 #undef sg_expand_direction
 #define sg_expand_direction bouncing_ball_own_sg_expand_direction
-#undef sg_extreme
-#define sg_extreme bouncing_ball_own_sg_extreme
 #undef sg_factor_mass
 #define sg_factor_mass bouncing_ball_own_sg_factor_mass
 #undef sg_factor_smooth
@@ -286,8 +288,6 @@
 #define sg_follow_central bouncing_ball_own_sg_follow_central
 #undef sg_forget
 #define sg_forget bouncing_ball_own_sg_forget
-#undef sg_forward
-#define sg_forward bouncing_ball_own_sg_forward
 #undef sg_free_row
 #define sg_free_row bouncing_ball_own_sg_free_row
 #undef sg_friction_change
@@ -312,6 +312,8 @@
 #define sg_friction_slips bouncing_ball_own_sg_friction_slips
 #undef sg_friction_smooth
 #define sg_friction_smooth bouncing_ball_own_sg_friction_smooth
+#undef sg_goes_round
+#define sg_goes_round bouncing_ball_own_sg_goes_round
 #undef sg_has_mobility
 #define sg_has_mobility bouncing_ball_own_sg_has_mobility
 #undef sg_held_rows
@@ -386,6 +388,10 @@
 #define sg_max bouncing_ball_own_sg_max
 #undef sg_may_depend
 #define sg_may_depend bouncing_ball_own_sg_may_depend
+#undef sg_may_step
+#define sg_may_step bouncing_ball_own_sg_may_step
+#undef sg_measure
+#define sg_measure bouncing_ball_own_sg_measure
 #undef sg_merit
 #define sg_merit bouncing_ball_own_sg_merit
 #undef sg_min
@@ -408,10 +414,10 @@
 #define sg_normal_of bouncing_ball_own_sg_normal_of
 #undef sg_note
 #define sg_note bouncing_ball_own_sg_note
-#undef sg_orthonormal
-#define sg_orthonormal bouncing_ball_own_sg_orthonormal
 #undef sg_over_axis
 #define sg_over_axis bouncing_ball_own_sg_over_axis
+#undef sg_past
+#define sg_past bouncing_ball_own_sg_past
 #undef sg_path
 #define sg_path bouncing_ball_own_sg_path
 #undef sg_path_begin
@@ -446,8 +452,6 @@
 #define sg_problem bouncing_ball_own_sg_problem
 #undef sg_problems
 #define sg_problems bouncing_ball_own_sg_problems
-#undef sg_project
-#define sg_project bouncing_ball_own_sg_project
 #undef sg_prox_ball
 #define sg_prox_ball bouncing_ball_own_sg_prox_ball
 #undef sg_prox_parameters
@@ -490,6 +494,8 @@
 #define sg_say_held bouncing_ball_own_sg_say_held
 #undef sg_scales
 #define sg_scales bouncing_ball_own_sg_scales
+#undef sg_search
+#define sg_search bouncing_ball_own_sg_search
 #undef sg_settle
 #define sg_settle bouncing_ball_own_sg_settle
 #undef sg_signorini_closes
@@ -538,7 +544,11 @@
 #define sg_take_solution bouncing_ball_own_sg_take_solution
 #undef sg_takes_part
 #define sg_takes_part bouncing_ball_own_sg_takes_part
+#undef sg_tick
+#define sg_tick bouncing_ball_own_sg_tick
 #undef sg_times_axis
 #define sg_times_axis bouncing_ball_own_sg_times_axis
+#undef sg_try
+#define sg_try bouncing_ball_own_sg_try
 #undef sg_warm_start
 #define sg_warm_start bouncing_ball_own_sg_warm_start

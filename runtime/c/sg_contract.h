@@ -54,7 +54,6 @@ static void SG(evaluate_places)(real t, const real q[], const SG(params) * par,
                                 SG(consistency) * out);
 static void SG(evaluate_rates)(real t, const real q[], const real v[], const SG(params) * par,
                                SG(consistency) * out);
-static void SG(bilateral_directions)(real t, const real q[], const SG(params) * par, real out[]);
 static real SG(energy_at)(real t, const real q[], const real v[], const SG(params) * par);
 
 #if SG_N_KEY > 0

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_real.h"
+#include "sg_numbers.h"
 
 /* Dense linear algebra: LU with scaled pivots, rank-revealing QR with minimum-norm solution. */
 

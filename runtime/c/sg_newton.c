@@ -159,27 +159,83 @@ static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(option
     return 1;
 }
 
-/* Iterate from the point in work.x, work.R. `search`: search along each direction from the
-   start; otherwise only after the contact states went round in a cycle. Adds the iterations to
+/* Contact states and residuals of the last four iterations. */
+typedef struct {
+    unsigned long states[SG_CYCLE];
+    real measure[SG_CYCLE];
+} sg_past;
+
+/* 1 if the contact states of this iteration were those of one of the last but the very last, and
+   the residual has not become half as large since; keeps them. */
+static int sg_goes_round(sg_past *past, int iteration, unsigned long now, real measure) {
+    int found = 0;
+    int i;
+    for (i = 2; i <= SG_CYCLE; ++i) {
+        const int then = (iteration + SG_CYCLE - i) % SG_CYCLE;
+        if (iteration >= i && past->states[then] == now &&
+            measure > SG_C(0.5) * past->measure[then]) {
+            found = 1;
+        }
+    }
+    past->states[iteration % SG_CYCLE] = now;
+    past->measure[iteration % SG_CYCLE] = measure;
+    return found;
+}
+
+/* Evaluate the point that the unknowns have been moved to; returns its residual. */
+static inline real sg_measure(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              int problem) {
+    sg_evaluate(w, par, opt, problem);
+    return sg_residual(w, opt, problem);
+}
+
+/* Search along the direction from a point with the merit `start`: halve the step until the merit
+   falls, at worst take the best of all. Returns the residual there. */
+static real sg_search(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
+                      real start) {
+    const sg_problem *pr = &sg_problems[problem];
+    real best = SG_HUGE;
+    real best_alpha = SG_C(1.0);
+    real alpha = SG_C(1.0);
+    int halving;
+    sg_copy(pr->n_x, &w->x[pr->x], w->newton.x_old);
+    sg_copy(pr->n_slots * SG_N_R, &w->R[pr->R], w->newton.R_old);
+    for (halving = 0; halving < SG_SEARCHES; ++halving) {
+        real measure, merit, stall;
+        sg_move(w, problem, alpha);
+        measure = sg_measure(w, par, opt, problem);
+        merit = sg_merit(w, problem, &stall);
+        if (measure < SG_HUGE && merit < best) {
+            best = merit;
+            best_alpha = alpha;
+        }
+        if (merit <= (SG_C(1.0) - SG_DESCENT * alpha) * start) {
+            return measure;
+        }
+        alpha *= SG_C(0.5);
+    }
+    sg_move(w, problem, best_alpha);
+    return sg_measure(w, par, opt, problem);
+}
+
+/* Iterate from the point in work.x, work.R. `search`: search along each direction from the start;
+   otherwise only after the contact states went round in a cycle. Adds the iterations to
    *iterations; on success *measure is the residual in units of its tolerance. */
 static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                      int max_iterations, int search, int *iterations, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     const int n_rows = pr->n_slots * SG_N_R;
-    unsigned long seen[4] = {0UL, 1UL, 2UL, 3UL};
-    real past[4] = {SG_HUGE, SG_HUGE, SG_HUGE, SG_HUGE};
-    real merit, stall;
-    real nearest = SG_HUGE;
     const int before = *iterations;
-    int nearer; /* whether this point is clearly the nearest so far */
+    sg_past past;
+    real nearest = SG_HUGE;
     int damped = search;
-    int iteration, i;
-    sg_evaluate(w, par, opt, problem);
-    *measure = sg_residual(w, opt, problem);
+    int iteration;
+    *measure = sg_measure(w, par, opt, problem);
     w->system.deficiency = 0;
-    iteration = 0;
-    for (;;) {
-        unsigned long now;
+    for (iteration = 0;; ++iteration) {
+        real merit = SG_HUGE;
+        real stall = SG_HUGE;
+        int nearer; /* whether this point is clearly the nearest so far */
         int deficiency;
         if (!(*measure < SG_HUGE)) {
             return SG_K(NONFINITE);
@@ -187,8 +243,6 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (*measure <= SG_C(1.0)) {
             return SG_K(OK);
         }
-        stall = SG_HUGE;
-        merit = SG_HUGE;
         if (iteration > 0 || damped || w->newton.mode >= SG_LATER_ATTEMPT) {
             merit = sg_merit(w, problem, &stall);
         }
@@ -206,15 +260,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (iteration >= max_iterations) {
             return SG_K(NOT_CONVERGED);
         }
-        now = sg_fingerprint(w, n_rows);
-        for (i = 2; i <= 4; ++i) {
-            const int last = (iteration + 4 - i) % 4;
-            if (iteration >= i && seen[last] == now && *measure > SG_C(0.5) * past[last]) {
-                damped = 1;
-            }
-        }
-        seen[iteration % 4] = now;
-        past[iteration % 4] = *measure;
+        damped |= sg_goes_round(&past, iteration, sg_fingerprint(w, n_rows), *measure);
         SG(derivatives)(w, par, problem);
         deficiency = sg_newton_direction(w, opt, problem, damped);
         *iterations = before + iteration + 1;
@@ -223,38 +269,11 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
                                                                         : SG_K(NONFINITE);
         }
         w->system.deficiency = deficiency;
-        if (!damped) {
-            sg_advance(w, problem);
-            sg_evaluate(w, par, opt, problem);
-            *measure = sg_residual(w, opt, problem);
+        if (damped) {
+            *measure = sg_search(w, par, opt, problem, merit);
         } else {
-            const real start = merit;
-            real best = SG_HUGE;
-            real best_alpha = SG_C(1.0);
-            real alpha = SG_C(1.0);
-            int halving;
-            sg_copy(pr->n_x, &w->x[pr->x], w->newton.x_old);
-            sg_copy(n_rows, &w->R[pr->R], w->newton.R_old);
-            for (halving = 0; halving < 6; ++halving) {
-                sg_move(w, problem, alpha);
-                sg_evaluate(w, par, opt, problem);
-                *measure = sg_residual(w, opt, problem);
-                merit = sg_merit(w, problem, &stall);
-                if (*measure < SG_HUGE && merit < best) {
-                    best = merit;
-                    best_alpha = alpha;
-                }
-                if (merit <= (SG_C(1.0) - SG_DESCENT * alpha) * start) {
-                    break;
-                }
-                alpha *= SG_C(0.5);
-            }
-            if (halving == 6) {
-                sg_move(w, problem, best_alpha);
-                sg_evaluate(w, par, opt, problem);
-                *measure = sg_residual(w, opt, problem);
-            }
+            sg_advance(w, problem);
+            *measure = sg_measure(w, par, opt, problem);
         }
-        ++iteration;
     }
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_real.h"
+#include "sg_numbers.h"
 
 /* Proximal points (64), (65) and what their derivatives need. */
 

@@ -56,6 +56,15 @@ typedef SG(real) real;
 #define SG_TOLERANCE_MOST SG_C(0.0009765625)
 #define SG_CHECK_MOST SG_C(0.00390625)
 
+/* A step may be halved ten times. Of its iterations SG_PART_WHOLE of SG_PARTS may be used by the
+   whole step, SG_PART_AGAIN once it was tried again with contacts said to hold, the rest by
+   substeps. */
+#define SG_MOST_HALVINGS 10
+#define SG_FINEST 1024
+#define SG_PARTS 20
+#define SG_PART_WHOLE 12
+#define SG_PART_AGAIN 17
+
 /* Steps of one size after which their count begins anew: long before it is no longer exact. */
 #define SG_GRID_MOST (SG_C(0.25) / SG_EPS)
 
@@ -84,6 +93,9 @@ typedef SG(real) real;
 #define SG_DESCENT SG_C(0.125)
 #define SG_SEARCHES 6
 
+/* Iterations that are looked back on for contact states that come again. */
+#define SG_CYCLE 4
+
 /* Percussions that are moved into their cones end this share of the radius within. */
 #define SG_INSIDE SG_C(0.984375)
 
@@ -108,7 +120,6 @@ typedef SG(real) real;
 #define SG_CENTRAL_CORRECT 5
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
-static inline real sg_min(real a, real b) { return a < b ? a : b; }
 
 /* Irregular numbers in [1, 2), the same in every run, that tell apart what is symmetric: 37 and 64
    have no common divisor, so that 64 in succession differ. */
@@ -117,9 +128,6 @@ static inline real sg_irregular(int i) {
     return SG_C(1.0) + (real)part * SG_C(0.015625);
 }
 
-/* 1 if x is neither infinite nor NaN. */
-static inline int sg_finite(real x) { return x - x == SG_C(0.0); }
-
 static inline int sg_all_finite(int n, const real *x) {
     real sum = SG_C(0.0); /* NaN if any x - x is */
     int i;
@@ -127,13 +135,6 @@ static inline int sg_all_finite(int n, const real *x) {
         sum += x[i] - x[i];
     }
     return sum == SG_C(0.0);
-}
-
-static inline void sg_fill(int n, real value, real *x) {
-    int i;
-    for (i = 0; i < n; ++i) {
-        x[i] = value;
-    }
 }
 
 static inline void sg_copy(int n, const real *from, real *to) {

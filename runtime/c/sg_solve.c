@@ -168,18 +168,51 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
     }
 }
 
+/* One attempt at a problem from its own start. No more iterations begin once info.iterations has
+   reached `end`. */
+static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
+                  const SG(options) * opt, SG(info) * info, int problem, int attempt, int effort,
+                  int end, real *measure) {
+    /* of the first half of the iterations something is left for what comes after more paths */
+    const int half = opt->max_iterations / 2;
+    const int on = effort == SG_WHOLE && half < end ? half : end;
+    if (attempt == SG_WARM_START) {
+        sg_warm_start(w, s, problem);
+    } else {
+        sg_cold_start(w, problem);
+    }
+    sg_leave_out(w, problem);
+    switch (attempt) {
+        case SG_HOLD:
+            ++info->iterations;
+            sg_hold(w, par, opt, problem);
+            return sg_land(w, par, opt, info, problem, SG_HOLDING, end, measure);
+        case SG_FOLLOW:
+            return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
+                             end, measure);
+        case SG_FOLLOW_ON:
+            return sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, measure);
+#if SG_SPATIAL
+        case SG_FOLLOW_CENTRAL:
+            return sg_follow_central(w, par, opt, info, problem,
+                                     effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_CENTRAL_TURNS,
+                                     end, measure);
+#endif
+        default:
+            return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
+                             &info->iterations, measure);
+    }
+}
+
 /* Solve one problem: from the warm start if there is one, from a cold start, along paths. No
    attempt begins once info.iterations has reached `end`. */
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                     const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
                     int end) {
     static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
+    const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;
-    const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
-    /* of the first half of the iterations something is left for what comes after more paths */
-    const int half = opt->max_iterations / 2;
-    const int on = effort == SG_WHOLE && half < end ? half : end;
     int attempt;
     w->smooth.pivoting = stuck;
     sg_prox_parameters(w, opt, problem);
@@ -194,31 +227,7 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                          : attempt == SG_WARM_START && s->order < 0 ? SG_AT_REST
                          : w->smooth.pivoting                       ? SG_LATER_ATTEMPT
                                                                     : SG_FIRST_ATTEMPT;
-        if (attempt == SG_WARM_START) {
-            sg_warm_start(w, s, problem);
-        } else {
-            sg_cold_start(w, problem);
-        }
-        sg_leave_out(w, problem);
-        if (attempt == SG_HOLD) {
-            ++info->iterations;
-            sg_hold(w, par, opt, problem);
-            status = sg_land(w, par, opt, info, problem, SG_HOLDING, end, &measure);
-        } else if (attempt == SG_FOLLOW) {
-            status = sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
-                               end, &measure);
-        } else if (attempt == SG_FOLLOW_ON) {
-            status = sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, &measure);
-#if SG_SPATIAL
-        } else if (attempt == SG_FOLLOW_CENTRAL) {
-            status = sg_follow_central(w, par, opt, info, problem,
-                                       effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_CENTRAL_TURNS,
-                                       end, &measure);
-#endif
-        } else {
-            status = sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
-                               &info->iterations, &measure);
-        }
+        status = sg_try(w, s, par, opt, info, problem, attempt, effort, end, &measure);
         w->smooth.pivoting = 1;
         if (status == SG_K(OK)) {
             sg_choose(w, s, par, opt, info, problem, info->iterations > used, &measure);

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_real.h"
+#include "sg_numbers.h"
 
 /* Sparse matrices by rows. Their patterns are tables, known when the code is generated. */
 

@@ -1,9 +1,11 @@
 #pragma once
-#include "sg_contract.h"
+#include "sg_real.h"
 
 /* The largest stable step, estimated at a state: below the first step size at which the scheme
    amplifies the fastest linear oscillation of the model, with stiffness and inertia as they are
    there. */
+
+static void SG(bilateral_directions)(real t, const real q[], const SG(params) * par, real out[]);
 
 /* L of M = L L^T in place, by rows. Returns 0 if M is not positive definite. */
 static int sg_cholesky(int n, real *M) {

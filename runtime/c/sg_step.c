@@ -316,51 +316,57 @@ int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
 static int sg_are_options(const SG(options) * opt) {
     return opt->tol >= SG_C(0.0) && opt->tol <= SG_TOLERANCE_MOST && opt->r >= SG_C(0.0) &&
            sg_finite(opt->r) && opt->max_iterations >= 1 && opt->max_iterations <= 1000000 &&
-           opt->max_halvings >= 0 && opt->max_halvings <= 10 &&
+           opt->max_halvings >= 0 && opt->max_halvings <= SG_MOST_HALVINGS &&
            (opt->active_set == SG_K(ACTIVE_ANY_STAGE) || opt->active_set == SG_K(ACTIVE_END)) &&
            (opt->scaling == SG_K(SCALING_ROWS) ||
             (opt->scaling == SG_K(SCALING_NONE) && opt->tol > SG_C(0.0)));
 }
 
-int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
-             const SG(options) * opt, const real u[], real h) {
-    const int rest = 1024; /* position in the step is counted in units of h / 1024 */
+/* 1 unless an argument of a step is none. */
+static int sg_may_step(const SG(state) * s, const SG(work) * w, const SG(info) * info,
+                       const SG(params) * par, const SG(options) * opt, const real u[], real h) {
+    return s != NULL && w != NULL && info != NULL && par != NULL && opt != NULL &&
+           (SG_N_U == 0 || u != NULL) && h > SG_C(0.0) && sg_finite(h) && sg_are_options(opt) &&
+           (!sg_finite(s->t) || sg_finite(s->t + h));
+}
+
+/* Iterations that a step may have used at the end of an effort: by the whole step, by it again with
+   contacts said to hold, by substeps. */
+static int sg_end_of(const SG(options) * opt, int effort) {
+    const int total = opt->max_iterations;
+    const int part = effort == SG_WHOLE                            ? SG_PART_WHOLE
+                     : effort == SG_AGAIN && opt->max_halvings > 0 ? SG_PART_AGAIN
+                                                                   : SG_PARTS;
+    return total - total / SG_PARTS * (SG_PARTS - part);
+}
+
+/* The time behind a step of size h: t_n = t_0 + n h without a running sum, as long as h stays and
+   nobody else sets the time. */
+static void sg_tick(SG(work) * w, const SG(state) * s, real h) {
+    if (w->trial.h_grid != h || w->trial.n_grid >= SG_GRID_MOST ||
+        s->t != s->t_grid + s->n_grid * s->h_grid) {
+        w->trial.t_grid = s->t;
+        w->trial.h_grid = h;
+        w->trial.n_grid = SG_C(0.0);
+    }
+    w->trial.n_grid += SG_C(1.0);
+    w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
+}
+
+/* Cover the step of size h from *s by solved (sub)steps, in w->trial. Returns the status of the one
+   that could not be solved, or OK. */
+static int sg_cover(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+                    const SG(options) * opt, real h) {
+    const int rest = SG_FINEST; /* the position in the step is counted in units of h / SG_FINEST */
     int effort = SG_WHOLE;
     int done = 0;
     int level = 0;
     int stride = rest;
     int j;
-    if (s == NULL || w == NULL || info == NULL || par == NULL || opt == NULL ||
-        (SG_N_U > 0 && u == NULL) || !(h > SG_C(0.0)) || !sg_finite(h) || !sg_are_options(opt) ||
-        (sg_finite(s->t) && !sg_finite(s->t + h))) {
-        if (info != NULL) {
-            sg_reset_info(info);
-            info->status = SG_K(BAD_ARGUMENT);
-        }
-        return SG_K(BAD_ARGUMENT);
-    }
-    sg_reset_info(info);
-    if (!sg_all_finite(SG_N_Q, s->q) || !sg_all_finite(SG_N_Q, s->v) || !sg_finite(s->t) ||
-        !sg_all_finite(SG_N_U, u)) {
-        info->status = SG_K(NONFINITE);
-        return info->status;
-    }
-    w->trial = *s;
-    w->found.stuck = -1;
-    for (j = 0; j < SG_N_U; ++j) {
-        w->u[j] = u[j];
-    }
     while (done < rest) {
         const real t = s->t + h * ((real)done / (real)rest);
-        /* Twentieths of the iterations that may be used up: by the whole step, by it again with
-           contacts said to hold, by substeps. */
-        const int total = opt->max_iterations;
-        const int part = effort == SG_WHOLE                            ? 12
-                         : effort == SG_AGAIN && opt->max_halvings > 0 ? 17
-                                                                       : 20;
-        const int end = total - total / 20 * (20 - part);
-        const int status =
-            sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort, end);
+        const int status = sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort,
+                                      sg_end_of(opt, effort));
         if (status == SG_K(OK)) {
             done += stride;
             sg_commit(w, par, info);
@@ -387,19 +393,39 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
             ++level;
         } else {
             sg_forget(info); /* nothing is reported of a step that is not taken */
-            info->status = status;
-            return info->status;
+            return status;
         }
     }
-    /* t_n = t_0 + n h without a running sum, as long as h stays and nobody else sets the time. */
-    if (w->trial.h_grid != h || w->trial.n_grid >= SG_GRID_MOST ||
-        s->t != s->t_grid + s->n_grid * s->h_grid) {
-        w->trial.t_grid = s->t;
-        w->trial.h_grid = h;
-        w->trial.n_grid = SG_C(0.0);
+    return SG_K(OK);
+}
+
+int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
+             const SG(options) * opt, const real u[], real h) {
+    int j, status;
+    if (!sg_may_step(s, w, info, par, opt, u, h)) {
+        if (info != NULL) {
+            sg_reset_info(info);
+            info->status = SG_K(BAD_ARGUMENT);
+        }
+        return SG_K(BAD_ARGUMENT);
     }
-    w->trial.n_grid += SG_C(1.0);
-    w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
+    sg_reset_info(info);
+    if (!sg_all_finite(SG_N_Q, s->q) || !sg_all_finite(SG_N_Q, s->v) || !sg_finite(s->t) ||
+        !sg_all_finite(SG_N_U, u)) {
+        info->status = SG_K(NONFINITE);
+        return info->status;
+    }
+    w->trial = *s;
+    w->found.stuck = -1;
+    for (j = 0; j < SG_N_U; ++j) {
+        w->u[j] = u[j];
+    }
+    status = sg_cover(w, s, info, par, opt, h);
+    if (status != SG_K(OK)) {
+        info->status = status;
+        return status;
+    }
+    sg_tick(w, s, h);
     *s = w->trial;
     info->status = info->substeps > 0  ? SG_K(OK_SUBSTEPPED)
                    : info->rescues > 0 ? SG_K(OK_RESCUED)

@@ -31,9 +31,9 @@ int main(int argc, char **argv) {
     int run, k, i;
     for (run = 0; run < 120; ++run) {
         const double sizes[3] = {0.02, 0.005, 0.1};
-        m_real t, q[SG_NQ], v[SG_NQ], u[SG_NU > 0 ? SG_NU : 1] = {0.0};
+        m_real t, q[SG_N_Q], v[SG_N_Q], u[SG_N_U > 0 ? SG_N_U : 1] = {0.0};
         m_initial_state(&par, &t, q, v);
-        for (i = 0; i < SG_NQ; ++i) {
+        for (i = 0; i < SG_N_Q; ++i) {
             v[i] += 3.0 * uniform();
             q[i] += run % 4 == 0 ? 0.05 * uniform() : 0.0;
         }
@@ -46,7 +46,7 @@ int main(int argc, char **argv) {
             status = m_step(&state, &work, &info, &par, &opt, u, sizes[run % 3]);
             /* of a start and an end of every substep as much as an iteration */
             count = (double)operations /
-                    (info.iterations + (1 + info.substeps) * (SG_PROBLEMS + 1)) / iteration;
+                    (info.iterations + (1 + info.substeps) * (SG_N_PROBLEMS + 1)) / iteration;
             of_iteration = count > of_iteration ? count : of_iteration;
             if (opt.max_halvings == 0 && (double)operations / step > of_step) {
                 of_step = (double)operations / step;

@@ -3,6 +3,7 @@
    quotients and against the equations they solve, the checker on every solution spoiled in one
    number, limits and failures of every loop. */
 #include "m.c"
+#include "m_model.c"
 
 #include <stdio.h>
 #include <string.h>

@@ -13,7 +13,7 @@ typedef unsigned char sg_index;
 /* an arrow: order, start, column, diagonal */
 static const sg_index sg_table[] = {0, 1, 2, 3, 0, 2, 4, 6, 10, 0, 3, 1,
                                     3, 2, 3, 0, 1, 2, 3, 0, 2,  4, 9};
-#include "sg_real.h"
+#include "sg_numbers.h"
 
 #include "sg_linalg.c"
 #include "sg_prox.c"

@@ -20,29 +20,30 @@ int main(void) {
     int problem, k;
     work.t = Frama_C_double_interval(0.0, 1e3);
     work.h = Frama_C_double_interval(1e-6, 1.0);
-    any(SG_NQ, work.q, 10.0);
-    any(SG_NQ, work.v, 1e3);
-    any(SG_NU, work.u, 1e3);
-    any(SG_NX_TOTAL, work.x, 1e3);
-    any(SG_NL_TOTAL, work.lambda, 1e3);
-    work.careful = Frama_C_interval(0, 1);
+    any(SG_N_Q, work.q, 10.0);
+    any(SG_N_Q, work.v, 1e3);
+    any(SG_N_U, work.u, 1e3);
+    any(SG_N_X_TOTAL, work.x, 1e3);
+    any(SG_N_ROWS_TOTAL, work.R, 1e3);
+    work.smooth.pivoting = Frama_C_interval(0, 1);
+    work.newton.mode = Frama_C_interval(SG_AT_REST, SG_LATER_ATTEMPT);
 #ifdef ANY_OPTIONS
-    work.lenient = Frama_C_interval(0, 1);
+    work.newton.mode = Frama_C_interval(SG_AT_REST, SG_LAST_RESORT);
     opt.scaling = Frama_C_interval(0, 1) ? M_SCALING_ROWS : M_SCALING_NONE;
     opt.r = Frama_C_double_interval(0.0, 1e3);
 #endif
-#if SG_KEY > 0
+#if SG_N_KEY > 0
     m_evaluate_terms(work.t, work.q, &par, work.trial.terms);
 #endif
     m_start(&work, &par);
     if (!sg_masses(&work)) {
         return 1;
     }
-    for (k = 0; k < SG_NK; ++k) {
-        work.exists[k] = Frama_C_interval(0, 1);
-        work.active[k] = Frama_C_interval(0, 1);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        work.found.exists[k] = Frama_C_interval(0, 1);
+        work.found.active[k] = Frama_C_interval(0, 1);
     }
-    for (problem = 0; problem < SG_PROBLEMS; ++problem) {
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
         int iterations = 0;
         sg_prox_parameters(&work, &opt, problem);
         sg_newton(&work, &par, &opt, problem, Frama_C_interval(0, 200), Frama_C_interval(0, 1),
