@@ -1,6 +1,7 @@
 /* Many runs of one stepper on threads. Part of the library that Python loads, not of a generated
    folder: compiled with the generated header included and SIGNORINI_PREFIX set to its prefix. */
 #include <pthread.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 #define SIGNORINI_PASTE(a, b) a##_##b
@@ -93,6 +94,48 @@ static void *work_off(void *argument) {
     }
     free(work);
     return NULL;
+}
+
+/* The size of the struct and where its members begin, in their order: the caller, who lays it out
+   anew, compares. Returns how many numbers that are; `out` may be NULL. */
+int SG(batch_layout)(int out[]) {
+#define AT(member) (int)offsetof(SG(batch), member)
+    static const int layout[] = {
+        (int)sizeof(SG(batch)),
+        AT(n_runs),
+        AT(n_steps),
+        AT(every),
+        AT(n_u_rows),
+        AT(n_q),
+        AT(n_R),
+        AT(n_u),
+        AT(n_contacts),
+        AT(h),
+        AT(t0),
+        AT(q0),
+        AT(v0),
+        AT(u),
+        AT(params),
+        AT(options),
+        AT(t),
+        AT(q),
+        AT(v),
+        AT(P),
+        AT(residual),
+        AT(smallest_gap),
+        AT(energy),
+        AT(counts),
+        AT(contact),
+        AT(status),
+        AT(done),
+        AT(stop),
+    };
+    const int n = (int)(sizeof layout / sizeof layout[0]);
+    int k;
+    for (k = 0; k < n && out != NULL; ++k) {
+        out[k] = layout[k];
+    }
+    return n;
 }
 
 /* Run the batch on up to `n_threads` threads. Returns the number of runs that were taken up: less

@@ -191,12 +191,13 @@ def run_batch(
             **{name: a[some] for name, a in result.items()},
             "status": status[some], "done": done[some],
         }  # fmt: skip
-        batch = _struct(lib)()
+        batch = lib.batch_struct()
         batch.n_runs, batch.n_steps, batch.every = some.stop - some.start, n_steps, every
         batch.n_u_rows = 0 if shared else n_steps
         batch.n_q, batch.n_R, batch.n_u = sizes["n_q"], sizes["n_R"], sizes["n_u"]
         batch.n_contacts = sizes["n_contacts"]
-        batch.h, batch.options = h, ctypes.pointer(options_c)
+        batch.h = h
+        batch.options = ctypes.cast(ctypes.byref(options_c), ctypes.c_void_p)
         for name, array in arrays.items():
             setattr(batch, name, array.ctypes.data_as(ctypes.c_void_p))
         stop = ctypes.c_int(0)
@@ -371,28 +372,3 @@ def _inputs(stepper: Compiled, inputs: Any, n_steps: int) -> tuple[np.ndarray, b
             return array, False
     u, _ = stepper.inputs_of(inputs, n_steps)
     return np.ascontiguousarray(u)[None], True
-
-
-def _struct(lib: Library) -> Any:
-    """The struct that the C driver takes."""
-    if lib.batch_struct is None:
-        integers = ("n_runs", "n_steps", "every", "n_u_rows", "n_q", "n_R", "n_u", "n_contacts")
-        pointers = ("t0", "q0", "v0", "u", "params")
-        results = (
-            *("t", "q", "v", "P", "residual", "smallest_gap", "energy"),
-            *("counts", "contact", "status", "done", "stop"),
-        )
-        lib.batch_struct = type(
-            "batch",
-            (ctypes.Structure,),
-            {
-                "_fields_": [
-                    *((name, ctypes.c_int) for name in integers),
-                    ("h", lib.real),
-                    *((name, ctypes.c_void_p) for name in pointers),
-                    ("options", ctypes.POINTER(lib.structs["options"])),
-                    *((name, ctypes.c_void_p) for name in results),
-                ]
-            },
-        )
-    return lib.batch_struct

@@ -64,9 +64,9 @@ class Library:
         except OSError:
             # a library of another machine, or one that another program wrote
             self.dll = ctypes.CDLL(str(compile_library(source, self.prefix, again=True)))
-        self.batch_struct: Any = None
         self._declare()
         self._verify()
+        self.batch_struct = self._verified_batch()
 
     def _struct(self, name: str, fields: list[dict[str, Any]]) -> Any:
         members = []
@@ -174,6 +174,31 @@ class Library:
                     f"{self.folder}: the struct '{name}' has {size} bytes in C but "
                     f"{ctypes.sizeof(self.structs[name])} by the manifest: generate it again"
                 )
+
+    def _verified_batch(self) -> Any:
+        """The struct that the driver of batches takes, laid out as it is in C."""
+        integers = ("n_runs", "n_steps", "every", "n_u_rows", "n_q", "n_R", "n_u", "n_contacts")
+        pointers = ("t0", "q0", "v0", "u", "params", "options")
+        results = (
+            *("t", "q", "v", "P", "residual", "smallest_gap", "energy"),
+            *("counts", "contact", "status", "done", "stop"),
+        )
+        fields = [
+            *((name, ctypes.c_int) for name in integers),
+            ("h", self.real),
+            *((name, ctypes.c_void_p) for name in (*pointers, *results)),
+        ]
+        struct = type("batch", (ctypes.Structure,), {"_fields_": fields})
+        layout = self._symbol("batch_layout")
+        said = (ctypes.c_int * layout(None))()
+        layout(said)
+        expected = [ctypes.sizeof(struct), *(getattr(struct, name).offset for name, _ in fields)]
+        if list(said) != expected:
+            raise RunError(
+                f"{self.folder}: the driver of batches lays out its struct as {list(said)}, the "
+                f"loader as {expected}: the installation is damaged"
+            )
+        return struct
 
     def _verify_model_file(self) -> None:
         """The file of the model functions says in its head which model it is of."""

@@ -86,6 +86,27 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture(scope="session")
+def ink() -> Callable[[Path], tuple[float, float, float, int]]:
+    """What a picture shows: shares of inked pixels, of the width and height that they span, and the
+    number of their colours that cover more than a thousandth of the ink."""
+
+    def look(path: Path) -> tuple[float, float, float, int]:
+        import matplotlib.image
+        import numpy as np
+
+        image = np.asarray(matplotlib.image.imread(path), dtype=float)[..., :3]
+        inked = image.min(axis=2) < 0.94
+        spans = [np.ptp(np.flatnonzero(inked.any(axis=k))) / inked.shape[1 - k] for k in (0, 1)]
+        _, counts = np.unique(np.round(4 * image[inked]), axis=0, return_counts=True)
+        return (
+            float(inked.mean()), float(spans[0]), float(spans[1]),
+            int(np.count_nonzero(counts > 1e-3 * inked.sum())),
+        )  # fmt: skip
+
+    return look
+
+
+@pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT
 

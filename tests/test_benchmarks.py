@@ -36,12 +36,26 @@ def test_ball_slides_then_rolls(s: int, stepper: Build) -> None:
     assert friction.sum() == pytest.approx(-10 / 7, rel=1e-12)
 
 
-def test_ball_positions_of_the_trial_implementation(stepper: Build) -> None:
+@pytest.mark.parametrize("n", [40, 43])
+def test_ball_positions_in_closed_form(n: int, stepper: Build) -> None:
+    """The impact lies on the grid. Case 3 rolls from there on; case 2 slides first, and the end of
+    sliding lies within a step: its place is off by less than mu g dt^2, as the law holds per step.
+    """
+    t_impact = np.sqrt(2 * 0.9 / GRAV)
+    dt, rest = t_impact / n, 4 * t_impact
     compiled = stepper(bouncing_ball.model, 3)
-    second = compiled.simulate(t_end=2, dt=1e-2)
-    np.testing.assert_allclose(second.q[-1], [-2.15704586, 0.1, 46.0738535], atol=5e-8)
-    third = compiled.simulate(t_end=2, dt=1e-2, v0={"phi": 10})
-    np.testing.assert_allclose(third.q[-1], [-0.44971429, 0.1, 8.75714286], atol=5e-9)
+    rolls = compiled.simulate(t_end=5 * t_impact, dt=dt, v0={"phi": 10})
+    place = [-2 / 7 * rest, 0.1, 10 * t_impact + 20 / 7 * rest]
+    np.testing.assert_allclose(rolls.q[-1], place, atol=1e-12)
+    slides = compiled.simulate(t_end=5 * t_impact, dt=dt)
+    # after the impact percussion mu sqrt(2 g h): velocities, then mu g until they roll
+    v_x, omega = -MU * GRAV * t_impact, 50 - 2.5 * MU * GRAV * t_impact / R
+    sliding = (omega * R + v_x) / (3.5 * MU * GRAV)
+    x = v_x * sliding - MU * GRAV * sliding**2 / 2 - 10 / 7 * (rest - sliding)
+    phi = 50 * t_impact + omega * sliding - 2.5 * MU * GRAV / R * sliding**2 / 2
+    phi += 100 / 7 * (rest - sliding)
+    assert slides.q[-1, 0] == pytest.approx(x, abs=MU * GRAV * dt**2)
+    assert slides.q[-1, 2] == pytest.approx(phi, abs=2.5 * MU * GRAV * dt**2 / R)
 
 
 @pytest.mark.parametrize("s", STAGES)

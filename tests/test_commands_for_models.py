@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import casadi as ca
@@ -19,6 +20,8 @@ from signorini.picture import poses
 from signorini.show import derived, latex
 from signorini.studies import growth
 from trap_models import forms, mixed_contacts, rheonomic
+
+Ink = Callable[[Path], tuple[float, float, float, int]]
 
 
 def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -83,12 +86,16 @@ def test_show(tmp_path: Path) -> None:
     assert "no such derived function" in wrong.stderr
 
 
-def test_pictures(tmp_path: Path) -> None:
+def test_pictures(tmp_path: Path, ink: Ink) -> None:
     result = command("picture", "rocking_block", "--out", "p.png", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert command("gallery", "slope", "--out", "g", cwd=tmp_path).returncode == 0
-    assert (tmp_path / "g" / "slope.png").stat().st_size > 10_000
+    for path in (tmp_path / "p.png", tmp_path / "g" / "slope.png"):
+        share, wide, high, colours = ink(path)
+        assert 0.005 < share < 0.6, path
+        assert min(wide, high) > 0.4, path
+        assert colours >= 3, path  # poses from early to late
     wrong = command("picture", "slope", "--out", "p.txt", cwd=tmp_path)
     assert wrong.returncode == 1
     assert ".png" in wrong.stderr
@@ -105,7 +112,7 @@ def test_poses_are_the_contact_points() -> None:
     assert outline.shape == (11, 4, 2)
 
 
-def test_growth(tmp_path: Path) -> None:
+def test_growth(tmp_path: Path, ink: Ink) -> None:
     """The small end of the study: sizes as declared, files written, slopes of power laws found."""
     sizes = [growth.measure("boxes", n) for n in (1, 2)]
     assert [(s.n_q, s.contacts) for s in sizes] == [(3, 4), (6, 8)]
@@ -118,4 +125,7 @@ def test_growth(tmp_path: Path) -> None:
     growth.save(powers, tmp_path)
     assert json.loads((tmp_path / "growth.json").read_text())["sizes"][0]["count"] == 2
     assert "| boxes | 8 | 24 | 32 |" in (tmp_path / "growth.md").read_text()
-    assert (tmp_path / "growth.png").stat().st_size > 10_000
+    share, wide, high, colours = ink(tmp_path / "growth.png")
+    assert 0.005 < share < 0.5
+    assert min(wide, high) > 0.6
+    assert colours >= 2

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from compilers import STRICT, compiler, run
 from signorini.models import bouncing_ball, hopper, slope
-from test_generated_code import STRICT, compiler, run
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from compilers import compiler, run
 from signorini.models import bouncing_ball
 from signorini.runtime import compile as compiling
 from signorini.workflow import drift
-from test_generated_code import compiler, run
 from trap_models import mixed_contacts
 
 CLI = [sys.executable, "-m", "signorini"]

@@ -5,26 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import signorini as sg
+from drawing import draw
 from signorini.models import bouncing_ball, box, slider_crank, slope
 from signorini.verify.expressions import Expressions
 from signorini.verify.functions import reference_values
 from trap_models import TRAPS, forms
 
 MODELS = (*TRAPS, forms, bouncing_ball.model, slope.model, slider_crank.model, box.model)
-
-
-def draw(stepper: sg.Stepper, seed: int) -> dict[str, np.ndarray | float]:
-    """A state near the initial one, with inputs and percussions."""
-    rng = np.random.default_rng(seed)
-    t, q, v = stepper.initial_state()
-    n = stepper.sizes
-    return {
-        "t": t + rng.uniform(0.1, 1),
-        "q": q + rng.normal(size=n["n_q"]) * 0.3,
-        "v": v + rng.normal(size=n["n_q"]),
-        "u": rng.normal(size=n["n_u"]),
-        "R": rng.normal(size=n["n_R"]),
-    }
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 import signorini as sg
+from drawing import draw
 from signorini.models import slider_crank
-from test_functions import draw
 from trap_models import forms, mixed_contacts, rheonomic, tabulated
 
 _ARGUMENTS = {"t", "q", "v", "u", "R"}

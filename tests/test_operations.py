@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import signorini as sg
+from compilers import compiler
 from signorini.models import (
     bouncing_ball,
     box_in_space,
@@ -19,7 +20,6 @@ from signorini.models import (
     table_with_legs,
     v_groove,
 )
-from test_generated_code import compiler
 from trap_models import forms, mixed_contacts, only_constraints, rheonomic
 
 SOURCES = Path(__file__).parent / "c"

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from compilers import run
+from machines import HERE, M4F, M7, Target, program_output
 from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
-from test_generated_code import run
-from test_targets import HERE, M4F, M7, Target, program_output
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "targets.md"
 TICKS = 25.6  # of the board's timer an instruction

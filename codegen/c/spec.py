@@ -245,12 +245,12 @@ class EmitSpec:
 
     @property
     def footprint(self) -> Footprint:
-        """Memory and operations."""
+        """Memory and operations of the stepper; its model functions have a file of their own."""
         real = self.precision.size
         sizes = struct_sizes(self.structs, real)
         written = (
-            *(*self.functions, *self.helpers),
-            *(self.finish, self.record, *self.consistency, self.bilateral, self.initial_state),
+            *(*self.energy, *self.helpers),
+            *(self.finish, self.record, *self.consistency, self.initial_state),
         )
         operations = {f.name: f.operations for f in self.helpers}
 

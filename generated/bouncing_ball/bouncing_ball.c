@@ -5076,7 +5076,7 @@ bouncing_ball_meta_data bouncing_ball_meta(void) {
     meta.precision = "double";
     meta.model_hash = "43f7eb184276b679abbb1586ffe83f38662de7c836b58402e0b26cd18130360b";
     meta.runtime_hash = "34913c04ee97a7c25bea6f53fd4e1ea0445d0466ade2e6388b6b9817d6884e05";
-    meta.manifest_hash = "80ef285335baf0db7557a2994fabafb4cd2f173e162729281a90be784d0b36fe";
+    meta.manifest_hash = "1616a6ecfb767021e1b4475f9db7f63953c7b19de57970b175025485752ddd9e";
     meta.stages = 3;
     meta.size_params = (int)sizeof(bouncing_ball_params);
     meta.size_options = (int)sizeof(bouncing_ball_options);

@@ -7442,7 +7442,7 @@ slider_crank_meta_data slider_crank_meta(void) {
     meta.precision = "double";
     meta.model_hash = "c7e40cc9cec580507c54cd5e77123cc9f71e633edabf7079b77e515d6c539d47";
     meta.runtime_hash = "34913c04ee97a7c25bea6f53fd4e1ea0445d0466ade2e6388b6b9817d6884e05";
-    meta.manifest_hash = "de245c9a60ce75bd388c72a2477e21d8bf1a2882def46140a286e869e8f1ca5f";
+    meta.manifest_hash = "76a418586ca84f3fb765a7057e6892fc9b8a3808d408a9d0d2b90cd9e2199df8";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slider_crank_params);
     meta.size_options = (int)sizeof(slider_crank_options);

@@ -5209,7 +5209,7 @@ slope_meta_data slope_meta(void) {
     meta.precision = "double";
     meta.model_hash = "4319c6341235f6fa402099f4be59025467250be17e71690902519c3ad2b2a150";
     meta.runtime_hash = "34913c04ee97a7c25bea6f53fd4e1ea0445d0466ade2e6388b6b9817d6884e05";
-    meta.manifest_hash = "de0a9f76b755167e9a7668648dc3310d27153b51b72d4714c6de7144ee4d8ce8";
+    meta.manifest_hash = "f492dee2ec8ecc49919b3127e47abfcd9c6da620ba722c8c416d633f0842fc0a";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slope_params);
     meta.size_options = (int)sizeof(slope_options);
