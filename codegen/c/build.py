@@ -194,6 +194,7 @@ class _Builder:
         data, plan = self.data, self.plan
         if self.sizes.n_terms:
             self.known_points.add("terms")
+            self.writer.name_terms(plan.terms.values)
             self.helpers.append(
                 self.writer.of_place("evaluate_terms", plan.terms.values, "terms of (t, q)")
             )

@@ -1,5 +1,6 @@
 """C functions as data for the templates: signature, aliases, temporaries, headed sections."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -136,9 +137,22 @@ class FunctionWriter:
                     local,
                     source.format(k=k, name=name),
                 )
+        self._terms: tuple[str, ...] = ()
+        self._taken = used
         self._plain = {data.t.element_hash(): ("t", "t"), d.h.element_hash(): ("h", "h")}
         for k in range(d.R.numel()):
             self._plain[d.R[k].element_hash()] = ("R", f"R[{k}]")
+
+    def name_terms(self, terms: ca.SX) -> None:
+        """Names under which functions read the terms of a place, from what they are."""
+        names: list[str] = []
+        for k in range(terms.numel()):
+            name = _spoken(str(terms[k])) or f"term_{k}"
+            while name in self._taken:
+                name += "_"
+            self._taken.add(name)
+            names.append(name)
+        self._terms = tuple(names)
 
     # --- functions of the model ------------------------------------------------------------------
 
@@ -329,6 +343,7 @@ class FunctionWriter:
         names: dict[int, str] = {}
         used: set[str] = set()
         aliases = []
+        read: list[tuple[int, str]] = []
         for key, (argument, local, source) in self._aliases.items():
             if key in symbols:
                 names[key] = local
@@ -340,9 +355,15 @@ class FunctionWriter:
                 used.add(argument)
         for key, s in symbols.items():
             ref = self.memory.ref(s)
-            if ref is not None and ref.owner == ARGUMENT:
-                names[key] = refs.lvalue(ref)
-                used.add(ref.array)
+            if ref is None or ref.owner != ARGUMENT:
+                continue
+            used.add(ref.array)
+            names[key] = refs.lvalue(ref)
+            if ref.array == "terms" and ref.index is not None:
+                local = self._terms[ref.index]
+                read.append((ref.index, f"const {real} {local} = {names[key]};"))
+                names[key] = local
+        aliases += [text for _, text in sorted(read)]
         missing = [s.name() for key, s in symbols.items() if key not in names]
         if missing:
             raise AssertionError(f"{name}: symbols {missing} are not arguments")
@@ -350,7 +371,7 @@ class FunctionWriter:
         if outside:
             raise AssertionError(f"{name} depends on {sorted(outside)}")
         unused = tuple(a for a in arguments if a not in used)
-        taken = set(_LOCAL) | {local for _, local, _ in self._aliases.values()}
+        taken = {*_LOCAL, *self._terms, *(local for _, local, _ in self._aliases.values())}
         parameters = (*(declared[a] for a in arguments), *out)
         return self._finish(
             name,
@@ -404,6 +425,19 @@ class FunctionWriter:
             arguments=arguments,
             shape=shape,
         )
+
+
+_LONGEST = 36  # letters of a name that is made of an expression
+_WORDS = {"*": "", "/": "over", "+": "plus", "-": "minus", "0.5": "half"}
+_TOKEN = re.compile(r"[A-Za-z_]\w*|\d+\.?\d*|[-+*/]")
+
+
+def _spoken(expression: str) -> str:
+    """A short expression as an identifier: b sin(phi_3) is b_sin_phi_3; empty if it is too long."""
+    words = [_WORDS.get(x, x.removesuffix(".")) for x in _TOKEN.findall(expression)]
+    name = "_".join(word for word in words if word)
+    whole = "@" not in expression and "<" not in expression
+    return name if whole and len(name) <= _LONGEST and re.fullmatch(r"[a-zA-Z]\w*", name) else ""
 
 
 _OUT = (CParameter("out", array=True, const=False),)

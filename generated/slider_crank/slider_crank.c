@@ -4827,14 +4827,31 @@ static void slider_crank_evaluate_stage(
     const real J_2 = par->J_2;
     const real J_3 = par->J_3;
     const real grav = par->grav;
+    const real half_l_1_sin_phi_1 = terms[0];
+    const real half_l_1_cos_phi_1 = terms[1];
+    const real half_l_2_cos_phi_2 = terms[2];
+    const real half_l_2_sin_phi_2 = terms[3];
+    const real a_cos_phi_3 = terms[4];
+    const real b_sin_phi_3 = terms[5];
+    const real cos_phi_3_b = terms[6];
+    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
+    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
+    const real a_sin_phi_3_plus_d_over_2_minus_y_3 = terms[9];
+    const real d_over_2_minus_y_3_minus_a_sin_phi_3 = terms[10];
+    const real y_3_plus_d_over_2_minus_a_sin_phi_3 = terms[11];
+    const real a_sin_phi_3_plus_y_3_plus_d_over_2 = terms[12];
 
     /* common terms */
-    const real w0 = terms[4] + terms[5];
-    const real w1 = terms[5] - terms[4];
-    const real w2 = R[6] * w0 + R[7] * w1 + R[8] * w1 + R[9] * w0 - R[10] * terms[7]
-        - R[11] * terms[8] + R[12] * terms[8];
-    const real w3 = phi_3_dot * terms[7];
-    const real w4 = phi_3_dot * terms[8];
+    const real w0 = R[0] * half_l_1_sin_phi_1 - R[1] * half_l_1_cos_phi_1 - R[2] * half_l_1_sin_phi_1
+        + R[3] * half_l_1_cos_phi_1;
+    const real w1 = R[3] * half_l_2_cos_phi_2 - R[2] * half_l_2_sin_phi_2 - R[4] * half_l_2_sin_phi_2
+        + R[5] * half_l_2_cos_phi_2;
+    const real w2 = a_cos_phi_3 + b_sin_phi_3;
+    const real w3 = b_sin_phi_3 - a_cos_phi_3;
+    const real w4 = R[6] * w2 + R[7] * w3 + R[8] * w3 + R[9] * w2
+        - R[10] * cos_phi_3_b_minus_a_sin_phi_3 - R[11] * cos_phi_3_b_plus_a_sin_phi_3;
+    const real w5 = phi_3_dot * cos_phi_3_b_minus_a_sin_phi_3;
+    const real w6 = phi_3_dot * cos_phi_3_b_plus_a_sin_phi_3;
     (void)(t);
     (void)(u);
 
@@ -4852,33 +4869,33 @@ static void slider_crank_evaluate_stage(
     /* F = h (dL/dq)^T + h f + W R (63) */
     out->F[0] = R[0] + R[2];
     out->F[1] = R[1] + R[3] - h * (m_1 * grav);
-    out->F[2] = R[0] * terms[0] - R[1] * terms[1] - R[2] * terms[0] + R[3] * terms[1];
+    out->F[2] = w0;
     out->F[3] = R[4] - R[2];
     out->F[4] = R[5] - R[3] - h * (m_2 * grav);
-    out->F[5] = R[3] * terms[2] - R[2] * terms[3] - R[4] * terms[3] + R[5] * terms[2];
+    out->F[5] = w1;
     out->F[6] = R[10] - R[4] + R[11] + R[12] + R[13];
     out->F[7] = R[8] - (R[5] + R[6] + R[7]) + R[9] - h * (m_3 * grav);
-    out->F[8] = w2 + R[13] * terms[7];
+    out->F[8] = w4 + R[12] * cos_phi_3_b_plus_a_sin_phi_3 + R[13] * cos_phi_3_b_minus_a_sin_phi_3;
 
     /* g(t, q) = 0 (13) */
-    out->g[0] = x_1 - terms[1];
-    out->g[1] = y_1 - terms[0];
-    out->g[2] = terms[2] + (terms[1] + (x_1 - x_2));
-    out->g[3] = terms[3] + (terms[0] + (y_1 - y_2));
-    out->g[4] = terms[2] + (x_2 - x_3);
-    out->g[5] = terms[3] + (y_2 - y_3);
+    out->g[0] = x_1 - half_l_1_cos_phi_1;
+    out->g[1] = y_1 - half_l_1_sin_phi_1;
+    out->g[2] = half_l_2_cos_phi_2 + (half_l_1_cos_phi_1 + (x_1 - x_2));
+    out->g[3] = half_l_2_sin_phi_2 + (half_l_1_sin_phi_1 + (y_1 - y_2));
+    out->g[4] = half_l_2_cos_phi_2 + (x_2 - x_3);
+    out->g[5] = half_l_2_sin_phi_2 + (y_2 - y_3);
 
     /* g_N(t, q) >= 0 */
-    out->g_N[0] = terms[9] - terms[6];
-    out->g_N[1] = terms[10] - terms[6];
-    out->g_N[2] = terms[11] - terms[6];
-    out->g_N[3] = terms[12] - terms[6];
+    out->g_N[0] = a_sin_phi_3_plus_d_over_2_minus_y_3 - cos_phi_3_b;
+    out->g_N[1] = d_over_2_minus_y_3_minus_a_sin_phi_3 - cos_phi_3_b;
+    out->g_N[2] = y_3_plus_d_over_2_minus_a_sin_phi_3 - cos_phi_3_b;
+    out->g_N[3] = a_sin_phi_3_plus_y_3_plus_d_over_2 - cos_phi_3_b;
 
     /* gamma_F = W_F^T v + chi_F */
-    out->gamma_F[0] = x_3_dot - w3;
-    out->gamma_F[1] = x_3_dot - w4;
-    out->gamma_F[2] = x_3_dot + w4;
-    out->gamma_F[3] = x_3_dot + w3;
+    out->gamma_F[0] = x_3_dot - w5;
+    out->gamma_F[1] = x_3_dot - w6;
+    out->gamma_F[2] = x_3_dot + w6;
+    out->gamma_F[3] = x_3_dot + w5;
 }
 
 
@@ -4893,15 +4910,27 @@ static void slider_crank_evaluate_stage_jacobian(
     const real J_1 = par->J_1;
     const real J_2 = par->J_2;
     const real J_3 = par->J_3;
+    const real half_l_1_sin_phi_1 = terms[0];
+    const real half_l_1_cos_phi_1 = terms[1];
+    const real half_l_2_cos_phi_2 = terms[2];
+    const real half_l_2_sin_phi_2 = terms[3];
+    const real a_cos_phi_3 = terms[4];
+    const real b_sin_phi_3 = terms[5];
+    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
+    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
 
     /* common terms */
-    const real w0 = terms[4] + terms[5];
-    const real w1 = terms[4] - terms[5];
-    const real w2 = R[6] * terms[7] + R[7] * terms[8] + terms[8] * R[8] + terms[7] * R[9] + R[10] * w0
-        - R[11] * w1 + w1 * R[12];
-    const real w3 = terms[5] - terms[4];
-    const real w4 = w0 * phi_3_dot;
-    const real w5 = w1 * phi_3_dot;
+    const real w0 = R[0] * half_l_1_cos_phi_1 + R[1] * half_l_1_sin_phi_1 - half_l_1_cos_phi_1 * R[2]
+        - half_l_1_sin_phi_1 * R[3];
+    const real w1 = R[3] * half_l_2_sin_phi_2 + R[2] * half_l_2_cos_phi_2 + half_l_2_cos_phi_2 * R[4]
+        + half_l_2_sin_phi_2 * R[5];
+    const real w2 = R[6] * cos_phi_3_b_minus_a_sin_phi_3 + R[7] * cos_phi_3_b_plus_a_sin_phi_3
+        + cos_phi_3_b_plus_a_sin_phi_3 * R[8];
+    const real w3 = a_cos_phi_3 + b_sin_phi_3;
+    const real w4 = a_cos_phi_3 - b_sin_phi_3;
+    const real w5 = b_sin_phi_3 - a_cos_phi_3;
+    const real w6 = w3 * phi_3_dot;
+    const real w7 = w4 * phi_3_dot;
     (void)(t);
     (void)(q);
     (void)(u);
@@ -4919,37 +4948,39 @@ static void slider_crank_evaluate_stage_jacobian(
     out->p_v[8] = J_3; /* dp[8]/dv[8] */
 
     /* d(F)/dq */
-    out->F_q[0] = R[0] * terms[1] + R[1] * terms[0] - terms[1] * R[2] - terms[0] * R[3]; /* dF[2]/dq[2] */
-    out->F_q[1] = -(R[3] * terms[3] + R[2] * terms[2] + terms[2] * R[4] + terms[3] * R[5]); /* dF[5]/dq[5] */
-    out->F_q[2] = w2 - w0 * R[13]; /* dF[8]/dq[8] */
+    out->F_q[0] = w0; /* dF[2]/dq[2] */
+    out->F_q[1] = -w1; /* dF[5]/dq[5] */
+    /* dF[8]/dq[8] */
+    out->F_q[2] = w2 + cos_phi_3_b_minus_a_sin_phi_3 * R[9] + R[10] * w3 - R[11] * w4 + w4 * R[12]
+        - w3 * R[13];
 
     /* d(g(t, q))/dq */
-    out->g_q[0] = terms[0]; /* dg[0]/dq[2] */
-    out->g_q[1] = -terms[1]; /* dg[1]/dq[2] */
-    out->g_q[2] = -terms[0]; /* dg[2]/dq[2] */
-    out->g_q[3] = terms[1]; /* dg[3]/dq[2] */
-    out->g_q[4] = -terms[3]; /* dg[2]/dq[5] */
-    out->g_q[5] = terms[2]; /* dg[3]/dq[5] */
-    out->g_q[6] = -terms[3]; /* dg[4]/dq[5] */
-    out->g_q[7] = terms[2]; /* dg[5]/dq[5] */
+    out->g_q[0] = half_l_1_sin_phi_1; /* dg[0]/dq[2] */
+    out->g_q[1] = -half_l_1_cos_phi_1; /* dg[1]/dq[2] */
+    out->g_q[2] = -half_l_1_sin_phi_1; /* dg[2]/dq[2] */
+    out->g_q[3] = half_l_1_cos_phi_1; /* dg[3]/dq[2] */
+    out->g_q[4] = -half_l_2_sin_phi_2; /* dg[2]/dq[5] */
+    out->g_q[5] = half_l_2_cos_phi_2; /* dg[3]/dq[5] */
+    out->g_q[6] = -half_l_2_sin_phi_2; /* dg[4]/dq[5] */
+    out->g_q[7] = half_l_2_cos_phi_2; /* dg[5]/dq[5] */
 
     /* d(g_N(t, q) >= 0)/dq */
-    out->g_N_q[0] = w0; /* dg_N[0]/dq[8] */
-    out->g_N_q[1] = w3; /* dg_N[1]/dq[8] */
-    out->g_N_q[2] = w3; /* dg_N[2]/dq[8] */
-    out->g_N_q[3] = w0; /* dg_N[3]/dq[8] */
+    out->g_N_q[0] = w3; /* dg_N[0]/dq[8] */
+    out->g_N_q[1] = w5; /* dg_N[1]/dq[8] */
+    out->g_N_q[2] = w5; /* dg_N[2]/dq[8] */
+    out->g_N_q[3] = w3; /* dg_N[3]/dq[8] */
 
     /* d(gamma_F)/dq */
-    out->gamma_F_q[0] = w4; /* dgamma_F[0]/dq[8] */
-    out->gamma_F_q[1] = -w5; /* dgamma_F[1]/dq[8] */
-    out->gamma_F_q[2] = w5; /* dgamma_F[2]/dq[8] */
-    out->gamma_F_q[3] = -w4; /* dgamma_F[3]/dq[8] */
+    out->gamma_F_q[0] = w6; /* dgamma_F[0]/dq[8] */
+    out->gamma_F_q[1] = -w7; /* dgamma_F[1]/dq[8] */
+    out->gamma_F_q[2] = w7; /* dgamma_F[2]/dq[8] */
+    out->gamma_F_q[3] = -w6; /* dgamma_F[3]/dq[8] */
 
     /* d(gamma_F)/dv */
-    out->gamma_F_v[0] = -terms[7]; /* dgamma_F[0]/dv[8] */
-    out->gamma_F_v[1] = -terms[8]; /* dgamma_F[1]/dv[8] */
-    out->gamma_F_v[2] = terms[8]; /* dgamma_F[2]/dv[8] */
-    out->gamma_F_v[3] = terms[7]; /* dgamma_F[3]/dv[8] */
+    out->gamma_F_v[0] = -cos_phi_3_b_minus_a_sin_phi_3; /* dgamma_F[0]/dv[8] */
+    out->gamma_F_v[1] = -cos_phi_3_b_plus_a_sin_phi_3; /* dgamma_F[1]/dv[8] */
+    out->gamma_F_v[2] = cos_phi_3_b_plus_a_sin_phi_3; /* dgamma_F[2]/dv[8] */
+    out->gamma_F_v[3] = cos_phi_3_b_minus_a_sin_phi_3; /* dgamma_F[3]/dv[8] */
 }
 
 
@@ -4972,18 +5003,26 @@ static void slider_crank_evaluate_end(
     const real J_1 = par->J_1;
     const real J_2 = par->J_2;
     const real J_3 = par->J_3;
+    const real half_l_1_sin_phi_1 = terms[0];
+    const real half_l_1_cos_phi_1 = terms[1];
+    const real half_l_2_cos_phi_2 = terms[2];
+    const real half_l_2_sin_phi_2 = terms[3];
+    const real a_cos_phi_3 = terms[4];
+    const real b_sin_phi_3 = terms[5];
+    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
+    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
 
     /* common terms */
-    const real w0 = phi_1_dot * terms[0];
-    const real w1 = phi_1_dot * terms[1];
-    const real w2 = phi_2_dot * terms[3];
-    const real w3 = phi_2_dot * terms[2];
-    const real w4 = terms[4] + terms[5];
+    const real w0 = phi_1_dot * half_l_1_sin_phi_1;
+    const real w1 = phi_1_dot * half_l_1_cos_phi_1;
+    const real w2 = phi_2_dot * half_l_2_sin_phi_2;
+    const real w3 = phi_2_dot * half_l_2_cos_phi_2;
+    const real w4 = a_cos_phi_3 + b_sin_phi_3;
     const real w5 = phi_3_dot * w4;
-    const real w6 = terms[5] - terms[4];
+    const real w6 = b_sin_phi_3 - a_cos_phi_3;
     const real w7 = phi_3_dot * w6;
-    const real w8 = phi_3_dot * terms[7];
-    const real w9 = phi_3_dot * terms[8];
+    const real w8 = phi_3_dot * cos_phi_3_b_minus_a_sin_phi_3;
+    const real w9 = phi_3_dot * cos_phi_3_b_plus_a_sin_phi_3;
     (void)(t);
     (void)(q);
 
@@ -5019,14 +5058,14 @@ static void slider_crank_evaluate_end(
     out->gamma_F[3] = x_3_dot + w8;
 
     /* W_g = (dg/dq)^T (14) */
-    out->W_g[0] = terms[0]; /* [2][0] */
-    out->W_g[1] = -terms[1]; /* [2][1] */
-    out->W_g[2] = -terms[0]; /* [2][2] */
-    out->W_g[3] = -terms[3]; /* [5][2] */
-    out->W_g[4] = terms[1]; /* [2][3] */
-    out->W_g[5] = terms[2]; /* [5][3] */
-    out->W_g[6] = -terms[3]; /* [5][4] */
-    out->W_g[7] = terms[2]; /* [5][5] */
+    out->W_g[0] = half_l_1_sin_phi_1; /* [2][0] */
+    out->W_g[1] = -half_l_1_cos_phi_1; /* [2][1] */
+    out->W_g[2] = -half_l_1_sin_phi_1; /* [2][2] */
+    out->W_g[3] = -half_l_2_sin_phi_2; /* [5][2] */
+    out->W_g[4] = half_l_1_cos_phi_1; /* [2][3] */
+    out->W_g[5] = half_l_2_cos_phi_2; /* [5][3] */
+    out->W_g[6] = -half_l_2_sin_phi_2; /* [5][4] */
+    out->W_g[7] = half_l_2_cos_phi_2; /* [5][5] */
 
     /* W_N = (dg_N/dq)^T */
     out->W_N[0] = w4; /* [8][0] */
@@ -5035,10 +5074,10 @@ static void slider_crank_evaluate_end(
     out->W_N[3] = w4; /* [8][3] */
 
     /* W_F = (dgamma_F/dv)^T */
-    out->W_F[0] = -terms[7]; /* [8][0] */
-    out->W_F[1] = -terms[8]; /* [8][1] */
-    out->W_F[2] = terms[8]; /* [8][2] */
-    out->W_F[3] = terms[7]; /* [8][3] */
+    out->W_F[0] = -cos_phi_3_b_minus_a_sin_phi_3; /* [8][0] */
+    out->W_F[1] = -cos_phi_3_b_plus_a_sin_phi_3; /* [8][1] */
+    out->W_F[2] = cos_phi_3_b_plus_a_sin_phi_3; /* [8][2] */
+    out->W_F[3] = cos_phi_3_b_minus_a_sin_phi_3; /* [8][3] */
 }
 
 

@@ -4577,13 +4577,19 @@ static void slope_evaluate_stage(
     const real y_dot = v[1];
     const real mass = par->mass;
     const real grav = par->grav;
+    const real exp_minus_x = terms[0];
+    const real sqrt_1_plus_sq_exp_minus_x = terms[1];
+    const real term_2 = terms[2];
+    const real term_3 = terms[3];
+    const real term_4 = terms[4];
+    const real term_5 = terms[5];
 
     /* common terms */
-    const real w0 = 1.0 / terms[1];
+    const real w0 = 1.0 / sqrt_1_plus_sq_exp_minus_x;
     const real w1 = R[1] * w0;
     const real w2 = R[0] * w0;
     const real w3 = x_dot * w0;
-    const real w4 = w0 * (y_dot * terms[0]);
+    const real w4 = w0 * (y_dot * exp_minus_x);
     (void)(t);
     (void)(q);
     (void)(u);
@@ -4593,11 +4599,11 @@ static void slope_evaluate_stage(
     out->p[1] = mass * y_dot;
 
     /* F = h (dL/dq)^T + h f + W R (63) */
-    out->F[0] = (terms[2] + terms[4] * terms[5]) * R[0] + w1;
-    out->F[1] = w2 - terms[2] * R[1] - h * (mass * grav);
+    out->F[0] = (term_2 + term_4 * term_5) * R[0] + w1;
+    out->F[1] = w2 - term_2 * R[1] - h * (mass * grav);
 
     /* g_N(t, q) >= 0 */
-    out->g_N[0] = terms[3];
+    out->g_N[0] = term_3;
 
     /* gamma_F = W_F^T v + chi_F */
     out->gamma_F[0] = w3 - w4;
@@ -4615,14 +4621,19 @@ static void slope_evaluate_stage_jacobian(
     real t, const real q[], const real v[], const real u[], const slope_params *par, real h,
     const real R[], const real terms[], const slope_stage *at, slope_stage_jacobian *out) {
     const real mass = par->mass;
+    const real exp_minus_x = terms[0];
+    const real sqrt_1_plus_sq_exp_minus_x = terms[1];
+    const real term_2 = terms[2];
+    const real term_4 = terms[4];
+    const real term_5 = terms[5];
 
     /* common terms */
-    const real w0 = 1.0 / terms[1];
-    const real w1 = terms[5] * (terms[2] * w0) - terms[2];
-    const real w2 = terms[2] + terms[5] * terms[4];
-    const real w3 = 2.0 * (terms[0] * terms[0]);
-    const real w4 = terms[5] * (w0 * w2 + terms[5] * (w0 * terms[4]))
-        + terms[4] * (terms[5] * (terms[5] * w0) - 0.5 * (w0 * (w3 + w3)));
+    const real w0 = 1.0 / sqrt_1_plus_sq_exp_minus_x;
+    const real w1 = term_5 * (term_2 * w0) - term_2;
+    const real w2 = term_2 + term_5 * term_4;
+    const real w3 = 2.0 * (exp_minus_x * exp_minus_x);
+    const real w4 = term_5 * (w0 * w2 + term_5 * (w0 * term_4))
+        + term_4 * (term_5 * (term_5 * w0) - 0.5 * (w0 * (w3 + w3)));
     (void)(t);
     (void)(q);
     (void)(v);
@@ -4634,9 +4645,9 @@ static void slope_evaluate_stage_jacobian(
     out->p_v[1] = mass; /* dp[1]/dv[1] */
 
     /* d(F)/dq */
-    out->F_q[0] = R[0] * (w1 + w4) + terms[5] * (w0 * at->common[0]); /* dF[0]/dq[0] */
-    out->F_q[1] = terms[5] * (w0 * at->common[1]) - w1 * R[1]; /* dF[1]/dq[0] */
-    out->F_q[2] = R[0] * (terms[5] * (w0 * w0)); /* dF[0]/dq[1] */
+    out->F_q[0] = R[0] * (w1 + w4) + term_5 * (w0 * at->common[0]); /* dF[0]/dq[0] */
+    out->F_q[1] = term_5 * (w0 * at->common[1]) - w1 * R[1]; /* dF[1]/dq[0] */
+    out->F_q[2] = R[0] * (term_5 * (w0 * w0)); /* dF[0]/dq[1] */
 
     /* d(g_N(t, q) >= 0)/dq */
     out->g_N_q[0] = w2; /* dg_N[0]/dq[0] */
@@ -4644,12 +4655,11 @@ static void slope_evaluate_stage_jacobian(
 
     /* d(gamma_F)/dq */
     /* dgamma_F[0]/dq[0] */
-    out->gamma_F_q[0] = terms[5] * (w0 * at->common[2])
-        - (terms[5] * (w0 * at->common[3]) - at->common[3]);
+    out->gamma_F_q[0] = term_5 * (w0 * at->common[2]) - (term_5 * (w0 * at->common[3]) - at->common[3]);
 
     /* d(gamma_F)/dv */
     out->gamma_F_v[0] = w0; /* dgamma_F[0]/dv[0] */
-    out->gamma_F_v[1] = -terms[2]; /* dgamma_F[0]/dv[1] */
+    out->gamma_F_v[1] = -term_2; /* dgamma_F[0]/dv[1] */
 }
 
 
@@ -4660,10 +4670,15 @@ static void slope_evaluate_end(
     const real x_dot = v[0];
     const real y_dot = v[1];
     const real mass = par->mass;
+    const real exp_minus_x = terms[0];
+    const real sqrt_1_plus_sq_exp_minus_x = terms[1];
+    const real term_2 = terms[2];
+    const real term_4 = terms[4];
+    const real term_5 = terms[5];
 
     /* common terms */
-    const real w0 = terms[2] + terms[4] * terms[5];
-    const real w1 = 1.0 / terms[1];
+    const real w0 = term_2 + term_4 * term_5;
+    const real w1 = 1.0 / sqrt_1_plus_sq_exp_minus_x;
     (void)(t);
     (void)(q);
 
@@ -4675,7 +4690,7 @@ static void slope_evaluate_end(
     out->g_N_dot[0] = x_dot * w0 + y_dot * w1;
 
     /* gamma_F = W_F^T v + chi_F */
-    out->gamma_F[0] = x_dot * w1 - w1 * (y_dot * terms[0]);
+    out->gamma_F[0] = x_dot * w1 - w1 * (y_dot * exp_minus_x);
 
     /* W_N = (dg_N/dq)^T */
     out->W_N[0] = w0;
@@ -4683,7 +4698,7 @@ static void slope_evaluate_end(
 
     /* W_F = (dgamma_F/dv)^T */
     out->W_F[0] = w1;
-    out->W_F[1] = -terms[2];
+    out->W_F[1] = -term_2;
 }
 
 
