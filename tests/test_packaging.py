@@ -21,7 +21,6 @@ NEEDED = (
     "models/slider_crank.py",
     "runtime/c/sg_newton.c",
     "runtime/c/sg_real.h",
-    "studies/reproduce.py",
     "templates/stepper.c.jinja",
     "verify/reference.py",
 )
@@ -76,6 +75,32 @@ def test_wheel_and_sdist_are_complete(tmp_path: Path) -> None:
     assert needed <= names, needed - names
     assert not {n for n in names if n.startswith(("tests", "generated", "docs"))}
     assert all(n.startswith("signorini") for n in names)
+    # the studies come with the source: in the sdist, not in the wheel
+    assert {"studies/reproduce.py", "stress/sift.c", "benchmarks/steps.c"} <= inside
+    left_out = ("signorini/studies", "signorini/stress", "signorini/benchmarks")
+    assert not {n for n in names if n.startswith(left_out)}
+    _wheel_is_consistent(wheel, tmp_path / "target")
+
+
+def _wheel_is_consistent(wheel: Path, target: Path) -> None:
+    """pip installs it; commands of the studies say where they are."""
+    pip = (sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target")
+    run(*pip, target, wheel, cwd=target.parent)
+    record = next(target.glob("signorini-*.dist-info")) / "RECORD"
+    listed = {line.split(",")[0] for line in record.read_text().splitlines()}
+    assert all((target / name).is_file() for name in listed if name.startswith("signorini/"))
+    code = (
+        "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in "
+        "getattr(f, '__module__', '')]; from signorini.cli import main; main()"
+    )
+    for command in (("stress",), ("reproduce", "orders", "--out", "o"), ("bench",)):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command],
+            cwd=target, env=os.environ | {"PYTHONPATH": str(target)},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 1, (command, done.stderr)
+        assert f"'signorini {command[0]}' belongs to the studies" in " ".join(done.stderr.split())
 
 
 @pytest.mark.slow
@@ -89,6 +114,9 @@ def test_suite_from_the_wheel(version: str, tmp_path: Path) -> None:
     constraints = ROOT / "constraints.txt"
     run(own, "-m", "pip", "install", "-q", f"{wheel}[test]", "-c", constraints, cwd=tmp_path)
     copy = clean_copy(tmp_path / "copy")
+    (package,) = (tmp_path / "venv").glob("lib/python*/site-packages/signorini")
+    for studies in ("benchmarks", "stress", "studies"):  # they come with the source
+        shutil.copytree(copy / studies, package / studies)
     run("git", "init", "-q", cwd=copy)
     run("git", "add", ".", cwd=copy)
     env = os.environ | {

@@ -1,6 +1,8 @@
 """Studies, timings and the stress corpus."""
 
+import contextlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +14,20 @@ from rich.progress import Progress
 from rich.table import Table
 from signorini.commands.base import Pairs, Switch, Whole, app
 from signorini.runtime.errors import RunError
+
+
+@contextlib.contextmanager
+def from_source(command: str) -> Iterator[None]:
+    """Say where a command is that the wheel leaves out."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if not (error.name or "").startswith("signorini."):
+            raise
+        raise RunError(
+            f"'signorini {command}' belongs to the studies, which come with the source: clone the "
+            "project and install it with 'pip install -e .'"
+        ) from None
 
 
 @app.command
@@ -28,7 +44,8 @@ def reproduce(*names: str, out: Path) -> None:
     out
         Folder for figures (PNG, PDF), results.md and results.json.
     """
-    from signorini.studies import reproduce as study
+    with from_source("reproduce"):
+        from signorini.studies import reproduce as study
 
     console = Console()
     study.chosen(names)
@@ -62,7 +79,8 @@ def growth(*, out: Path, largest: Whole | None = None) -> None:
     largest
         Largest number of links or boxes, by default 32 and 16.
     """
-    from signorini.studies import growth as study
+    with from_source("growth"):
+        from signorini.studies import growth as study
 
     console = Console()
     sizes = []
@@ -105,7 +123,8 @@ def bench(
     out
         Folder for bench.md, bench.json and, with --peers, cost.png.
     """
-    from signorini.benchmarks import report
+    with from_source("bench"):
+        from signorini.benchmarks import report
 
     if repeats < 1:
         raise RunError(f"repeats = {repeats}: give at least 1")
@@ -171,8 +190,9 @@ def stress(
     replay
         Take the failed step of this file again and examine it; run nothing else.
     """
-    from signorini.stress import report as reporting
-    from signorini.stress.campaign import campaign, chosen
+    with from_source("stress"):
+        from signorini.stress import report as reporting
+        from signorini.stress.campaign import campaign, chosen
 
     console = Console()
     if replay is not None:
