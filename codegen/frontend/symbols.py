@@ -79,10 +79,12 @@ class CasADi:
 
     def __init__(self) -> None:
         self._symbols: list[ca.SX] = []
+        self._known: set[int] = set()  # their hashes
 
     def symbol(self, name: str) -> ca.SX:
         symbol = ca.SX.sym(name)
         self._symbols.append(symbol)
+        self._known.add(symbol.element_hash())
         return symbol
 
     def to_sx(self, model: str, equation: str, expr: Any) -> ca.SX:
@@ -119,9 +121,8 @@ class CasADi:
                 f"has shape {sx.shape[0]}x{sx.shape[1]}",
                 "Give scalars; several equations go into a list",
             )
-        known = {s.element_hash() for s in self._symbols}
         for symbol in ca.symvar(sx):
-            if symbol.element_hash() not in known:
+            if symbol.element_hash() not in self._known:
                 raise foreign_symbol(
                     model, equation, symbol.name(), [s.name() for s in self._symbols]
                 )

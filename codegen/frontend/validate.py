@@ -125,15 +125,9 @@ class _Freezer:
             ("v", self.v, "velocity", _REMEDY_V),
             ("u", self.u, "input", "Only forces, bounds and outputs may depend on inputs"),
         ):
-            if letter not in depends:
-                for k in range(column.numel()):
-                    if ca.depends_on(sx, column[k]):
-                        raise ModelError(
-                            self.name,
-                            equation,
-                            f"depends on the {what} '{column[k].name()}'",
-                            remedy,
-                        )
+            if letter not in depends and ca.depends_on(sx, column):
+                names = [x.name() for x in ca.vertsplit(column) if ca.depends_on(sx, x)]
+                raise ModelError(self.name, equation, f"depends on the {what} '{names[0]}'", remedy)
         if smooth:
             part = world.nonsmooth_part(expr, self.model.par)
             if part is not None:
@@ -279,6 +273,8 @@ class _Freezer:
             if not number >= 0 or (top is not None and number > top):
                 allowed = "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
                 raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
+            if np.isfinite(number):
+                return ca.SX(number)
         return self.scalar(equation, value, "p")
 
     def coefficients(self, equation: str, pair: Sequence[Any], n_F: int) -> ca.SX:
@@ -528,37 +524,52 @@ def _check_start_values(data: ModelData) -> None:
                 (f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q))
             )
         checks.append((f"gamma_F of '{c.name}'", c.gamma_F))
-        coefficients = [("mu", c.mu, np.inf), ("e_N", c.e_N, 1.0), ("e_F", c.e_F, 1.0)]
-        if c.mu_F is not None:
-            pair = np.asarray(ca.Function("mu", [data.par], [c.mu_F])(par)).ravel()
-            coefficients += [("mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
-            if np.any(pair == 0) and np.any(pair > 0):
-                raise ModelError(
-                    data.name,
-                    f"mu of contact '{c.name}'",
-                    f"is ({pair[0]:g}, {pair[1]:g}) with the default parameters",
-                    "Both coefficients are positive, or both zero",
-                )
-        for law, value, top in coefficients:
-            low = 0.0
-            number = float(ca.Function("law", [data.par], [value])(par))
-            if not low <= number <= top:
-                raise ModelError(
-                    data.name,
-                    f"{law} of contact '{c.name}'",
-                    f"is {number:g} with the default parameters",
-                    "It must lie in [0, 1]" if top == 1.0 else "It must be >= 0",
-                )
+    _check_coefficients(data, par)
+    at = [data.t, data.q, data.v, data.u, data.par]
+    column = ca.vertcat(*(ca.vec(ca.densify(expr)) for _, expr in checks))
+    found = np.asarray(ca.Function("f", at, [column])(t0, q0, v0, u, par)).ravel()
+    first = 0
     for equation, expr in checks:
-        f = ca.Function("f", [data.t, data.q, data.v, data.u, data.par], [expr])
-        values = np.asarray(f(t0, q0, v0, u, par)).ravel()
+        values = found[first : first + expr.numel()]
+        first += expr.numel()
         if not np.all(np.isfinite(values)):
-            bad = values[~np.isfinite(values)][0]
             raise ModelError(
                 data.name,
                 equation,
-                f"is {bad} at the initial state with the default parameters",
+                f"is {values[~np.isfinite(values)][0]} at the initial state with the default "
+                "parameters",
                 _FINITE,
+            )
+
+
+def _check_coefficients(data: ModelData, par: np.ndarray) -> None:
+    """Raise if a coefficient of a law is out of its range with the default parameters."""
+    rows: list[tuple[str, str, ca.SX, float]] = []
+    for c in data.contacts:
+        rows += [(c.name, "mu", c.mu, np.inf), (c.name, "e_N", c.e_N, 1.0)]
+        rows.append((c.name, "e_F", c.e_F, 1.0))
+        if c.mu_F is not None:
+            rows += [(c.name, "mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
+    column = ca.vertcat(ca.SX(0, 1), *(value for _, _, value, _ in rows))
+    numbers = np.asarray(ca.Function("laws", [data.par], [column])(par)).ravel()
+    for (name, law, _, top), number in zip(rows, numbers, strict=True):
+        if not 0 <= number <= top:
+            raise ModelError(
+                data.name,
+                f"{law} of contact '{name}'",
+                f"is {number:g} with the default parameters",
+                "It must lie in [0, 1]" if top == 1.0 else "It must be >= 0",
+            )
+    for c in data.contacts:
+        if c.mu_F is None:
+            continue
+        pair = np.asarray(ca.Function("mu", [data.par], [c.mu_F])(par)).ravel()
+        if np.any(pair == 0) and np.any(pair > 0):
+            raise ModelError(
+                data.name,
+                f"mu of contact '{c.name}'",
+                f"is ({pair[0]:g}, {pair[1]:g}) with the default parameters",
+                "Both coefficients are positive, or both zero",
             )
 
 

@@ -200,6 +200,8 @@
 #define sg_check_bilateral slope_own_sg_check_bilateral
 #undef sg_check_friction
 #define sg_check_friction slope_own_sg_check_friction
+#undef sg_check_in_disc
+#define sg_check_in_disc slope_own_sg_check_in_disc
 #undef sg_check_momenta
 #define sg_check_momenta slope_own_sg_check_momenta
 #undef sg_check_norm
@@ -208,16 +210,12 @@
 #define sg_check_normal slope_own_sg_check_normal
 #undef sg_check_normal_row
 #define sg_check_normal_row slope_own_sg_check_normal_row
-#undef sg_check_percussion
-#define sg_check_percussion slope_own_sg_check_percussion
 #undef sg_check_places
 #define sg_check_places slope_own_sg_check_places
 #undef sg_check_problem
 #define sg_check_problem slope_own_sg_check_problem
 #undef sg_check_rates
 #define sg_check_rates slope_own_sg_check_rates
-#undef sg_check_slip
-#define sg_check_slip slope_own_sg_check_slip
 #undef sg_check_slip_rows
 #define sg_check_slip_rows slope_own_sg_check_slip_rows
 #undef sg_choose
@@ -532,6 +530,8 @@
 #define sg_solve_regular slope_own_sg_solve_regular
 #undef sg_solve_smooth
 #define sg_solve_smooth slope_own_sg_solve_smooth
+#undef sg_solved
+#define sg_solved slope_own_sg_solved
 #undef sg_sparse_factor
 #define sg_sparse_factor slope_own_sg_sparse_factor
 #undef sg_sparse_solve

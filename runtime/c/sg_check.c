@@ -29,19 +29,19 @@ static int sg_check_momenta(const SG(work) * w, const sg_problem *pr, const sg_l
 }
 
 /* Bilateral rows of a slot. */
-static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, int slot, const real *y,
-                              const real *R, const sg_limit *limit) {
-    const real rate = sg_slot_rate(w, pr, slot);
+static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg_solved *at,
+                              const sg_limit *limit) {
     int c;
     for (c = 0; c < SG_NORMAL; ++c) {
-        const int gap = sg_is_gap(pr, slot, c);
+        const int gap = sg_is_gap(pr, at->slot, c);
         const real speed = w->scales.speed[c];
         const real floor = w->scales.gap_floor[c];
-        if (!sg_takes_part(pr, slot, c)) {
-            if (R[c] != SG_C(0.0)) {
+        if (!sg_takes_part(pr, at->slot, c)) {
+            if (at->R[c] != SG_C(0.0)) {
                 return 0;
             }
-        } else if (!sg_small(y[c], gap ? w->h * speed : speed, gap ? floor : floor * rate, limit)) {
+        } else if (!sg_small(at->y[c], gap ? w->h * speed : speed,
+                             gap ? floor : floor * sg_slot_rate(w, pr, at->slot), limit)) {
             return 0;
         }
     }
@@ -52,15 +52,16 @@ static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, int slot
 static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const sg_limit limit = sg_limits(opt);
-    int slot, k;
+    sg_solved at;
+    int k;
     if (!sg_all_finite(pr->n_x, &w->x[pr->x]) ||
         !sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) || !sg_check_momenta(w, pr, &limit)) {
         return 0;
     }
-    for (slot = 0; slot < pr->n_slots; ++slot) {
-        const real *R = &w->R[pr->R + slot * SG_N_R];
-        const real *y = &w->found.y[pr->R + slot * SG_N_R];
-        if (!sg_check_bilateral(w, pr, slot, y, R, &limit)) {
+    for (at.slot = 0; at.slot < pr->n_slots; ++at.slot) {
+        at.R = &w->R[pr->R + at.slot * SG_N_R];
+        at.y = &w->found.y[pr->R + at.slot * SG_N_R];
+        if (!sg_check_bilateral(w, pr, &at, &limit)) {
             return 0;
         }
         for (k = 0; k < SG_N_CONTACTS; ++k) {
@@ -69,11 +70,11 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
                 w->found.exists[k] && (contact->normal < 0 || !pr->follows || w->found.active[k]);
             real floor = SG_C(0.0);
             if (contact->normal >= 0 &&
-                !sg_check_normal_row(w, pr, slot, k, joins, y, R, &floor, &limit)) {
+                !sg_check_normal_row(w, pr, &at, k, joins, &floor, &limit)) {
                 return 0;
             }
             if (contact->components > 0 &&
-                !sg_check_slip_rows(w, pr, slot, k, joins, y, R, floor, &limit)) {
+                !sg_check_slip_rows(w, pr, &at, k, joins, floor, &limit)) {
                 return 0;
             }
         }

@@ -5,10 +5,14 @@
 /* What the checker asks of friction. */
 
 /* Euclidean norm of one or two components. */
-static real sg_check_norm(int n, const real *z) {
+static inline real sg_check_norm(int n, const real *z) {
     const real first = SG_FABS(z[0]);
-    const real second = n > 1 ? SG_FABS(z[1]) : SG_C(0.0);
-    const real top = sg_max(first, second);
+    real second, top;
+    if (n == 1) {
+        return first;
+    }
+    second = SG_FABS(z[1]);
+    top = sg_max(first, second);
     return top > SG_C(0.0)
                ? top * SG_SQRT((first / top) * (first / top) + (second / top) * (second / top))
                : first + second;
@@ -16,9 +20,9 @@ static real sg_check_norm(int n, const real *z) {
 
 /* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. `floor`
    is the round-off of the slip velocity, `blur` that of the radius. */
-static int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
-                             real radius, real scale, real floor, real blur,
-                             const sg_limit *limit) {
+static inline int sg_check_friction(int n, const real *gamma, real speed, const real *percussion,
+                                    real radius, real scale, real floor, real blur,
+                                    const sg_limit *limit) {
     const real size = sg_check_norm(n, percussion);
     const real slip = sg_check_norm(n, gamma);
     const real power = sg_dot(n, gamma, percussion);
@@ -33,34 +37,38 @@ static int sg_check_friction(int n, const real *gamma, real speed, const real *p
                     sg_max(scale, bound) * floor + blur * slip, limit);
 }
 
-/* Slip rows of contact k in a slot, which takes part if `joins`: y and R are the rows of the slot,
-   `floor` is the round-off of its normal percussion. */
-static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, int slot, int k, int joins,
-                              const real *y, const real *R, real floor, const sg_limit *limit) {
+/* Slip rows of contact k in a slot, which takes part if `joins`; `floor` is the round-off of its
+   normal percussion. */
+static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
+                              int joins, real floor, const sg_limit *limit) {
     const sg_contact *contact = &sg_contacts[k];
     const int n = SG_NORMAL + contact->normal;
     const int f = SG_SLIP + contact->friction;
+    const real *force = &at->R[f];
+    const real *rate = &at->y[f];
     real scale = w->scales.percussion_scale[f];
-    real radius, blur;
-    real force[2], rate[2];
+    real radius;
+    real blur = SG_C(0.0);
+    real in_disc[2], at_rate[2];
     int d;
-    for (d = 0; d < contact->components; ++d) {
-        if (!joins && R[f + d] != SG_C(0.0)) {
-            return 0;
+    if (!joins) {
+        for (d = 0; d < contact->components; ++d) {
+            if (force[d] != SG_C(0.0)) {
+                return 0;
+            }
         }
-        force[d] = sg_check_percussion(w, k, d, R[f + d]);
-        rate[d] = sg_check_slip(w, k, d, y[f + d]);
+        return 1;
     }
+    sg_check_in_disc(w, k, &force, &rate, in_disc, at_rate);
     if (contact->normal < 0) {
-        radius = w->found.radius[(pr->R / SG_ROWS_OF_SLOT + slot) * SG_N_BOUNDS + contact->bound];
-        blur = SG_C(0.0);
+        const int row = (pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS + contact->bound;
+        radius = w->found.radius[row];
     } else {
-        radius = w->mu[k] * R[n];
+        radius = w->mu[k] * at->R[n];
         blur = w->mu[k] * floor;
         /* the radius is as uncertain as the normal percussion */
         scale = sg_max(scale, w->mu[k] * w->scales.percussion_scale[n]);
     }
-    return !joins ||
-           sg_check_friction(contact->components, rate, w->scales.speed[f], force, radius, scale,
-                             w->scales.gap_floor[f] * sg_slot_rate(w, pr, slot), blur, limit);
+    return sg_check_friction(contact->components, rate, w->scales.speed[f], force, radius, scale,
+                             w->scales.gap_floor[f] * sg_slot_rate(w, pr, at->slot), blur, limit);
 }

@@ -3,29 +3,29 @@
 
 /* What the checker asks of anisotropic friction, from the coefficients themselves. */
 
-/* Component d of a percussion of contact k in the disc that the ellipse becomes. */
-static inline real sg_check_percussion(const SG(work) * w, int k, int d, real R) {
+/* Percussions R of contact k in the disc that the ellipse becomes, and the slip velocities gamma
+   that belong to them; of other contacts as they are. */
+static inline void sg_check_in_disc(const SG(work) * w, int k, const real **R, const real **gamma,
+                                    real *force, real *rate) {
 #if SG_N_AXES > 0
-    const int c = sg_contacts[k].friction + d;
-    return sg_contacts[k].normal >= 0 && w->mu[k] > SG_C(0.0) ? R * w->mu[k] / w->mu_F[c] : R;
+    const sg_contact *contact = &sg_contacts[k];
+    int d;
+    if (contact->normal < 0 || !(w->mu[k] > SG_C(0.0))) {
+        return;
+    }
+    for (d = 0; d < contact->components; ++d) {
+        const real mu = w->mu_F[contact->friction + d];
+        force[d] = (*R)[d] * w->mu[k] / mu;
+        rate[d] = (*gamma)[d] * mu / w->mu[k];
+    }
+    *R = force;
+    *gamma = rate;
 #else
     (void)w;
     (void)k;
-    (void)d;
-    return R;
-#endif
-}
-
-/* Component d of the slip velocity that belongs to it. */
-static inline real sg_check_slip(const SG(work) * w, int k, int d, real gamma) {
-#if SG_N_AXES > 0
-    const int c = sg_contacts[k].friction + d;
-    return sg_contacts[k].normal >= 0 && w->mu[k] > SG_C(0.0) ? gamma * w->mu_F[c] / w->mu[k]
-                                                              : gamma;
-#else
-    (void)w;
-    (void)k;
-    (void)d;
-    return gamma;
+    (void)R;
+    (void)gamma;
+    (void)force;
+    (void)rate;
 #endif
 }

@@ -22,17 +22,17 @@ static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percus
             sg_small(percussion, scale, floor, limit));
 }
 
-/* Normal row of contact k in a slot, which takes part if `joins`: y and R are the rows of the slot.
-   `*blur` becomes the round-off of the percussion. */
-static int sg_check_normal_row(const SG(work) * w, const sg_problem *pr, int slot, int k, int joins,
-                               const real *y, const real *R, real *blur, const sg_limit *limit) {
+/* Normal row of contact k in a slot, which takes part if `joins`. `*blur` becomes the round-off of
+   the percussion. */
+static int sg_check_normal_row(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
+                               int joins, real *blur, const sg_limit *limit) {
     const int n = SG_NORMAL + sg_contacts[k].normal;
-    const int gap = sg_is_gap(pr, slot, n);
-    *blur = sg_normal_floor(w, pr, slot, n);
+    const int gap = sg_is_gap(pr, at->slot, n);
     if (!joins) {
-        return R[n] == SG_C(0.0);
+        return at->R[n] == SG_C(0.0);
     }
-    return sg_check_normal(y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
-                           gap ? w->scales.gap_floor[n] : SG_C(0.0), R[n],
+    *blur = sg_normal_floor(w, pr, at->slot, n);
+    return sg_check_normal(at->y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
+                           gap ? w->scales.gap_floor[n] : SG_C(0.0), at->R[n],
                            w->scales.percussion_scale[n], *blur, limit);
 }

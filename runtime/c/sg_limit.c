@@ -21,3 +21,9 @@ static inline int sg_small(real x, real scale, real floor, const sg_limit *limit
     const real bound = limit->share * scale + SG_CHECK_FLOORS * floor;
     return SG_FABS(x) <= sg_max(bound, sg_min(limit->absolute, SG_CHECK_MOST * scale));
 }
+
+/* Kinematic rows and percussions of one slot at the solution. */
+typedef struct {
+    int slot;
+    const real *y, *R;
+} sg_solved;
