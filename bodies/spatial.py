@@ -79,9 +79,9 @@ class Spatial(Scene):
         T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
         T = T + (J[0] + J[1] + J[2]) * dot(p, p_dot) ** 2
         self.add_energy(T, -mass * dot(self.gravity, r))
-        A = _rotation(p)
-        spin = tuple(dot(row, omega) for row in A)
-        return Frame(name, self.algebra, r, r_dot, A, spin)
+        # In the fixed frame: 2 E(p) p_dot, which is A omega where |p| = 1, and bilinear.
+        spin = tuple(2 * dot(row, p_dot) for row in _E(p))
+        return Frame(name, self.algebra, r, r_dot, _rotation(p), spin)
 
     def frame(
         self,
@@ -222,6 +222,11 @@ def _is_number(x: Any) -> bool:
 def _H(p: Sequence[Any]) -> Matrix:
     p0, p1, p2, p3 = p
     return ((-p1, p0, p3, -p2), (-p2, -p3, p0, p1), (-p3, p2, -p1, p0))
+
+
+def _E(p: Sequence[Any]) -> Matrix:
+    p0, p1, p2, p3 = p
+    return ((-p1, p0, -p3, p2), (-p2, p3, p0, -p1), (-p3, -p2, p1, p0))
 
 
 def _rotation(p: Sequence[Any]) -> Matrix:
