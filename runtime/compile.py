@@ -10,17 +10,19 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 
 from platformdirs import user_cache_dir
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-pthread")
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
 # The driver of many runs, compiled together with every stepper.
 _BATCH = Path(__file__).with_name("batch.c")
-# Lines of C above which a lower optimisation level keeps compilation short: compilers take more
-# than linear time over long straight-line functions.
-_LEVELS = ((40_000, "-O0"), (20_000, "-O1"), (0, "-O2"))
+# Lines of model code in a file above which it is optimised less: compilers take more than linear
+# time over long straight-line functions. The runtime stays at -O2 where the compiler can do both.
+_LEVELS = ((30_000, 0), (15_000, 1), (0, 2))
+_RUNTIME = re.compile(rb"/\* ==== runtime[^\n]* begin.*?/\* ==== runtime[^\n]* end ", re.DOTALL)
 
 
 class CompilerError(RuntimeError):
@@ -101,8 +103,10 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     text, heading = source.read_bytes(), source.with_suffix(".h").read_bytes()
     model = source.with_name(f"{source.stem}_model.c")
     functions = model.read_bytes()
-    lines = text.count(b"\n") + functions.count(b"\n")
-    level = next(level for least, level in _LEVELS if lines >= least)
+    level = _level(_RUNTIME.sub(b"", text))
+    flags = [f"-O{level}"]
+    if level < 2 and _mixes_levels():
+        flags = ["-O2", f"-DSIGNORINI_EVALUATION={level}"]
     files = {
         source.name: text,
         model.name: functions,
@@ -111,8 +115,26 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     }
     parts = (*map(_without_defaults, (text, functions, heading)), files[_BATCH.name])
     before = (f"-DSIGNORINI_PREFIX={prefix}", "-include", f"{source.stem}.h", "-I.")
-    sources = (source.name, model.name, _BATCH.name)
-    return _shared(source.stem, files, parts, (level, *FLAGS), before, sources, again)
+    sources = (
+        (source.name, *flags),
+        # nothing that takes steps calls these: compiled meanwhile, at less expense
+        (model.name, f"-O{_level(functions + functions)}"),
+        (_BATCH.name, "-O2"),
+    )
+    return _shared(source.stem, files, parts, FLAGS, before, sources, again)
+
+
+def _level(text: bytes) -> int:
+    """At which level a compiler gets through model code in reasonable time."""
+    lines = text.count(b"\n")
+    return next(level for least, level in _LEVELS if lines >= least)
+
+
+def _mixes_levels() -> bool:
+    """Whether the compiler is gcc and no level is asked for: it can optimise a file in two ways."""
+    said = _version(tuple(find_compiler()))
+    asked = any(word.startswith("-O") for word in _words("SIGNORINI_CFLAGS"))
+    return not asked and "clang" not in said and "Free Software Foundation" in said
 
 
 def compile_plain(source: Path) -> Path:
@@ -125,7 +147,7 @@ def compile_plain(source: Path) -> Path:
     """
     text = source.read_bytes()
     files = {source.name: text}
-    return _shared(source.stem, files, (text,), ("-O2", *FLAGS), (), (source.name,), False)
+    return _shared(source.stem, files, (text,), FLAGS, (), ((source.name, "-O2"),), False)
 
 
 def _shared(
@@ -134,7 +156,7 @@ def _shared(
     parts: tuple[bytes, ...],
     flags: tuple[str, ...],
     before: tuple[str, ...],
-    sources: tuple[str, ...],
+    sources: tuple[tuple[str, ...], ...],
     again: bool,
 ) -> Path:
     """Compile to a library in the cache, named by what goes into it.
@@ -142,10 +164,14 @@ def _shared(
     Beside it stands the hash of its bytes: a damaged library is compiled anew.
     """
     command = find_compiler()
-    flags = (*flags, *_words("SIGNORINI_CFLAGS"))
+    flags = (*flags, *before)
+    own = _words("SIGNORINI_CFLAGS")
     digest = hashlib.sha256()
     machine = (platform.system(), platform.machine(), *platform.libc_ver())
-    for part in (*parts, repr([*command, *flags, _version(tuple(command)), *machine]).encode()):
+    for part in (
+        *parts,
+        repr([command, flags, own, sources, _version(tuple(command)), machine]).encode(),
+    ):
         digest.update(len(part).to_bytes(8, "big") + part)
     target = cache_root() / "compiled" / f"{name}-{digest.hexdigest()[:32]}.so"
     if not again and _is_whole(target):
@@ -160,7 +186,7 @@ def _shared(
     with _locked(target.with_suffix(".lock")):
         # another process may have made it meanwhile
         if again or not _is_whole(target):
-            _compile(command, (*flags, *before), files, sources, target)
+            _compile(command, (*flags, *own), files, sources, target)
     return target
 
 
@@ -168,9 +194,10 @@ def _compile(
     command: list[str],
     flags: tuple[str, ...],
     files: dict[str, bytes],
-    sources: tuple[str, ...],
+    sources: tuple[tuple[str, ...], ...],
     target: Path,
 ) -> None:
+    """Compile each source, with the flags behind its name, at the same time; link them."""
     try:
         folder = Path(tempfile.mkdtemp(dir=target.parent))
     except OSError as error:
@@ -182,17 +209,24 @@ def _compile(
         for file, content in files.items():
             (folder / file).write_bytes(content)
         made = folder / "made.so"
-        result = subprocess.run(
-            [*command, *flags, "-o", made.name, *sources, "-lm"],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if result.returncode != 0:
-            raise CompilerError(
-                f"{' '.join(command)} failed on {sources[0]}:\n{result.stderr.strip()[:4000]}"
+
+        def run(name: str, *arguments: str) -> None:
+            result = subprocess.run(
+                [*command, *arguments], cwd=folder, capture_output=True, text=True, check=False
             )
+            if result.returncode != 0:
+                raise CompilerError(
+                    f"{' '.join(command)} failed on {name}:\n{result.stderr.strip()[:4000]}"
+                )
+
+        def compile_one(source: tuple[str, ...]) -> str:
+            name, *own = source
+            run(name, *own, *flags, "-c", name, "-o", f"{name}.o")
+            return f"{name}.o"
+
+        with ThreadPoolExecutor(len(sources)) as pool:
+            objects = list(pool.map(compile_one, sources))
+        run(sources[0][0], *flags, "-shared", "-o", made.name, *objects, "-lm")
         digest = hashlib.sha256(made.read_bytes()).hexdigest()
         made.replace(target)
         target.with_suffix(".sha256").write_text(digest, encoding="ascii")

@@ -5,7 +5,9 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import signorini as sg
 from compilers import compiler, run
@@ -13,7 +15,7 @@ from signorini.codegen.c.build import CONTRACT, SCRATCH, emit_spec, runtime_orde
 from signorini.codegen.c.emit import RUNTIME_BEGIN, TABLES_END, render
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.frontend.validate import freeze
-from signorini.models import box_in_space
+from signorini.models import box_in_space, slope
 from signorini.runtime import compile as compiling
 
 C = Path(__file__).resolve().parent.parent / "runtime" / "c"
@@ -104,6 +106,33 @@ def test_a_driver_of_batches_with_another_struct_is_refused(
     m.initial_state(q=[1])
     with pytest.raises(sg.RunError, match="the driver of batches lays out its struct"):
         sg.build(m, stages=2)
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_long_models_are_optimised_less_than_the_runtime(
+    level: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the compiler is gcc; the steps are the same to the last bit."""
+    monkeypatch.setenv("CC", compiler("gcc"))
+    one = sg.build(slope.model(), stages=2).simulate(t_end=0.3, dt=1e-2)
+    monkeypatch.setenv("SIGNORINI_CFLAGS", "")
+    monkeypatch.setattr(compiling, "_LEVELS", ((0, level),))
+    called: list[list[str]] = []
+    plain = subprocess.run
+
+    def listen(command: list[str], **more: Any) -> Any:
+        called.append([str(x) for x in command])
+        return plain(command, **more)
+
+    monkeypatch.setattr(compiling.subprocess, "run", listen)
+    m = slope.model()
+    m.name = "slope_light"
+    other = sg.build(m, stages=2).simulate(t_end=0.3, dt=1e-2)
+    np.testing.assert_array_equal(one.q, other.q)
+    (stepper,) = (c for c in called if "slope_light.c" in c)
+    assert {"-O2", f"-DSIGNORINI_EVALUATION={level}"} <= set(stepper)
+    (functions,) = (c for c in called if "slope_light_model.c" in c)
+    assert f"-O{level}" in functions
 
 
 _HASH = """

@@ -87,6 +87,11 @@ class CasADi:
         self._known.add(symbol.element_hash())
         return symbol
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Hashes of symbols are those of one process."""
+        self.__dict__.update(state)
+        self._known = {symbol.element_hash() for symbol in self._symbols}
+
     def to_sx(self, model: str, equation: str, expr: Any) -> ca.SX:
         """Check that `expr` is a real scalar in this model's symbols."""
         if isinstance(expr, sp.Basic) and expr.free_symbols:

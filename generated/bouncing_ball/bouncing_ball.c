@@ -4536,6 +4536,17 @@ static real bouncing_ball_energy_at(real t, const real q[], const real v[], cons
 
 /* ---- evaluations and equations of the scheme ---------------------------------------------- */
 
+/* gcc takes more than linear time over long straight-line functions: defined as 0 or 1, this is the
+   level at which it optimises those of the model, whatever it does with the rest. */
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#if SIGNORINI_EVALUATION == 0
+#pragma GCC optimize("O0")
+#else
+#pragma GCC optimize("O1")
+#endif
+#endif
+
 /* evaluate_stage: p, F, g_N, gamma_F; 14 operations */
 static void bouncing_ball_evaluate_stage(
     real t, const real q[], const real v[], const real u[], const bouncing_ball_params *par,
@@ -5035,6 +5046,10 @@ static void bouncing_ball_substitute(const bouncing_ball_work *w, int problem, i
     }
     sg_sparse_solve(pr->n_border, &pr->K, w->smooth.factors, first, b);
 }
+
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 /* ---- defaults and description ------------------------------------------------------------- */
 

@@ -4750,6 +4750,17 @@ static real slider_crank_energy_at(real t, const real q[], const real v[], const
 
 /* ---- evaluations and equations of the scheme ---------------------------------------------- */
 
+/* gcc takes more than linear time over long straight-line functions: defined as 0 or 1, this is the
+   level at which it optimises those of the model, whatever it does with the rest. */
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#if SIGNORINI_EVALUATION == 0
+#pragma GCC optimize("O0")
+#else
+#pragma GCC optimize("O1")
+#endif
+#endif
+
 /* evaluate_terms; 27 operations */
 static void slider_crank_evaluate_terms(
     real t, const real q[], const slider_crank_params *par, real out[]) {
@@ -7431,6 +7442,10 @@ static void slider_crank_substitute(const slider_crank_work *w, int problem, int
     }
     sg_sparse_solve(pr->n_border, &pr->K, w->smooth.factors, first, b);
 }
+
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 /* ---- defaults and description ------------------------------------------------------------- */
 

@@ -4547,6 +4547,17 @@ static real slope_energy_at(real t, const real q[], const real v[], const slope_
 
 /* ---- evaluations and equations of the scheme ---------------------------------------------- */
 
+/* gcc takes more than linear time over long straight-line functions: defined as 0 or 1, this is the
+   level at which it optimises those of the model, whatever it does with the rest. */
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#if SIGNORINI_EVALUATION == 0
+#pragma GCC optimize("O0")
+#else
+#pragma GCC optimize("O1")
+#endif
+#endif
+
 /* evaluate_terms; 10 operations */
 static void slope_evaluate_terms(real t, const real q[], const slope_params *par, real out[]) {
     const real x = q[0];
@@ -5185,6 +5196,10 @@ static void slope_substitute(const slope_work *w, int problem, int first, real b
     }
     sg_sparse_solve(pr->n_border, &pr->K, w->smooth.factors, first, b);
 }
+
+#if defined(SIGNORINI_EVALUATION) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 /* ---- defaults and description ------------------------------------------------------------- */
 
