@@ -12,7 +12,7 @@ import sympy as sp
 def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("ribbed_floor")
-    m.doc = "Block on ribs: v_x^(mu_y^2) / v_y^(mu_x^2) stays while it slides"
+    m.doc = "Block on a ribbed floor: its path bends to the ribs"
     x, y, z = m.coordinates("x y z")
     vx, vy, vz = m.velocities
     mass, grav, along, across, slope_x, slope_y, e_N = m.parameters(

@@ -159,7 +159,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("percussions of an ellipse are taken for those of a disc", "runtime/c/sg_law_elliptic.c", "return R / w->elliptic.axis[c];", "return R;"),
     Mutant("the slip of an ellipse is taken for that of a disc", "runtime/c/sg_law_elliptic.c", "return x * w->elliptic.axis[c];", "return x;"),
     Mutant("the checker takes an ellipse for a disc", "runtime/c/sg_law_elliptic_check.c", "force[d] = (*R)[d] * w->mu[k] / mu;", "force[d] = (*R)[d];"),
-    Mutant("the slip direction turns as on a disc", COULOMB, "sg_over_axis(w, c_e, sg_over_axis(w, c_e, w->rows.slip[other]))", "w->rows.slip[other]"),
+    Mutant("the slip direction turns as on a disc", COULOMB, "sg_over_axis(w, c_e, sg_over_axis(w, c_e, w->rows.slip[other]))", "sg_over_axis(w, c_e, w->rows.slip[other])"),
     # paths and other rescues
     Mutant("friction along the slip on a path", PATH, "R[f + d] = -w->mu[k] * w->rows.slip[f + d] *", "R[f + d] = w->mu[k] * w->rows.slip[f + d] *"),
     Mutant("velocities move against the percussions of a path", LINEAR, "w->smooth.dx[i] -= w->system.Z[a * pr->n_border + i] * step;", "w->smooth.dx[i] += w->system.Z[a * pr->n_border + i] * step;"),
