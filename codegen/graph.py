@@ -111,13 +111,21 @@ class Graph:
     @property
     def operations(self) -> int:
         """Number of operations that the outputs need."""
+        return self.count(self._needed())
+
+    def count(self, nodes: set[int]) -> int:
+        """Number of operations among nodes."""
         free = ("symbol", "const", "neg", "entry")
-        return sum(self.nodes[k].op not in free for k in self._needed())
+        return sum(self.nodes[k].op not in free for k in nodes)
 
     def _needed(self) -> set[int]:
         """Nodes that the outputs need."""
+        return self.reach(self.roots)
+
+    def reach(self, roots: Sequence[int]) -> set[int]:
+        """Nodes that the given ones need, with these."""
         seen: set[int] = set()
-        stack = list(self.roots)
+        stack = list(roots)
         while stack:
             k = stack.pop()
             if k not in seen:

@@ -25,6 +25,15 @@ from signorini.codegen.sparsity import (
 _UNROLLED_MOBILITY = 1000
 
 
+# Arrays that the contact laws read, found at the start of a step: a law that asks for another
+# coefficient adds it here and to the derived functions.
+COEFFICIENTS = (
+    ("mu", "friction coefficients"),
+    ("mu_F", "friction coefficients of slip components"),
+    ("e_N", "normal restitution"),
+    ("e_F", "tangential restitution"),
+)
+
 WORK, STATE, CALLER, ARGUMENT = "work", "state", "caller", "argument"
 
 

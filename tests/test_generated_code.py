@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import casadi as ca
@@ -272,6 +273,33 @@ def test_text_of_the_user_cannot_leave_a_comment() -> None:
     m.lagrangian = v**2 / 2 - k * x**2
     m.initial_state(q=[1])
     assert len(sg.build(m).simulate(t_end=0.1, dt=0.05)) == 3
+
+
+def _row_of_masses() -> sg.Model:
+    m = sg.Model("row")
+    x = m.coordinates(" ".join(f"x_{k}" for k in range(18)))
+    v = m.velocities
+    stiffness, grav = m.parameters(stiffness=300.0, grav=9.81)
+    links = sum(stiffness * (b - a - 1) ** 2 / 2 for a, b in pairwise(x))
+    m.lagrangian = sum(w**2 for w in v) / 2 - links - grav * sum(x)
+    for k in (0, 17):
+        m.contact(f"floor_{k}", g_N=x[k], e_N=0.5)
+    m.initial_state(q=[0.2 + 1.02 * k for k in range(18)])
+    return m
+
+
+def test_rows_that_differ_in_indices_alone_are_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Written out they take the same steps, to the last bit."""
+    looped = sg.build(_row_of_masses(), stages=3)
+    text = (looped.folder / "row.c").read_text()
+    assert "    for (k = 0; k < 18; ++k) {\n        w->Q[36 + k] = w->q[k] + w->h * (" in text
+    monkeypatch.setattr("signorini.codegen.c.loops._LEAST", 10**6)
+    plain = sg.build(_row_of_masses(), stages=3)
+    assert plain.folder != looped.folder
+    one, other = (s.simulate(t_end=0.5, dt=5e-3) for s in (looped, plain))
+    np.testing.assert_array_equal(one.q, other.q)
+    np.testing.assert_array_equal(one.P_N, other.P_N)
+    assert one.P_N.max() > 0
 
 
 def test_places_have_names() -> None:

@@ -1,15 +1,17 @@
 """C functions as data for the templates: signature, aliases, temporaries, headed sections."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import casadi as ca
 from signorini.codegen.c import refs
+from signorini.codegen.c.loops import Entry
 from signorini.codegen.c.printer import Precision, statements
 from signorini.codegen.derive.quantities import QUANTITIES, Derivation
 from signorini.codegen.graph import Graph
-from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point
+from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point, Ref
 
 _LOCAL = frozenset(
     {"t", "q", "v", "u", "par", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}
@@ -79,9 +81,14 @@ class CFunction:
         return tuple(p.text(prefix, real) for p in self.parameters)
 
     @property
-    def needs_loop(self) -> bool:
+    def needs_fill(self) -> bool:
         """Whether an array is filled with zeros first."""
         return any(s.fills for s in self.sections)
+
+    @property
+    def needs_loop(self) -> bool:
+        """Whether statements stand in a loop over k."""
+        return any(line.startswith("for (k = 0;") for s in self.sections for line in s.lines)
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,8 +314,21 @@ class FunctionWriter:
         symbols = ca.symvar(ca.vertcat(ca.SX(0, 1), *values))
         found = {s.element_hash(): self.memory.ref(s) for s in symbols}
         names = {key: refs.lvalue(ref) for key, ref in found.items() if ref is not None}
+        entries = {refs.lvalue(ref): refs.entry(ref) for ref in found.values() if ref is not None}
+        for t in assembly.targets:
+            written = [Ref(t.array, k, t.owner) for k, _ in t.entries]
+            entries |= {refs.lvalue(ref): refs.entry(ref) for ref in written}
         return self._finish(
-            assembly.name, tuple(parameters), blocks, names, set(_LOCAL), (), (), (), ()
+            assembly.name,
+            tuple(parameters),
+            blocks,
+            names,
+            set(_LOCAL),
+            (),
+            (),
+            (),
+            (),
+            entries={text: entry for text, entry in entries.items() if entry is not None},
         )
 
     # --- text ------------------------------------------------------------------------------------
@@ -398,17 +418,19 @@ class FunctionWriter:
         arguments: tuple[str, ...],
         shape: tuple[int, ...],
         doc: tuple[str, ...] = (),
+        entries: Mapping[str, Entry] = MappingProxyType({}),
     ) -> CFunction:
         values = [v for b in blocks for v in b.values]
         graph = Graph(values, names, self._tables)
         targets = [t for b in blocks for t in b.targets]
-        temporaries, lines = statements(
+        temporaries, lines, operations = statements(
             graph,
             targets,
             [c for b in blocks for c in b.comments],
             self.real,
             self.precision,
             taken,
+            entries,
         )
         written = {name for b in blocks if b.targets or b.fills for name in b.through}
         read = {ref.split("->")[0] for ref in names.values()}
@@ -421,7 +443,7 @@ class FunctionWriter:
             aliases=aliases,
             temporaries=tuple(temporaries),
             sections=tuple(_sections(blocks, lines)),
-            operations=graph.operations,
+            operations=operations,
             arguments=arguments,
             shape=shape,
         )

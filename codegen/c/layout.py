@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from signorini.codegen.frontend.model_data import ModelData
-from signorini.codegen.program import Scheme
+from signorini.codegen.program import COEFFICIENTS, Scheme
 
 STATUSES: tuple[tuple[str, str], ...] = (
     ("OK", "solved"),
@@ -310,10 +310,10 @@ def _work(
         Field("mass_pivot", "real", (n.n_q,), "D of M = L D L^T"),
         Field("mobility", "real", (n.n_R,), "W^T M^-1 W, direction by direction"),
         Field("drift", "real", (n.n_R,), "chi at the start"),
-        Field("mu", "real", (n.n_contacts,), "friction coefficients"),
-        Field("mu_F", "real", (n.n_axes,), "friction coefficients of slip components"),
-        Field("e_N", "real", (n.n_contacts,), "normal restitution"),
-        Field("e_F", "real", (n.n_contacts,), "tangential restitution"),
+        *(
+            Field(name, "real", (n.n_axes if name == "mu_F" else n.n_contacts,), what)
+            for name, what in COEFFICIENTS
+        ),
         Field("guard", "real", (n.n_contacts,), "guards"),
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),

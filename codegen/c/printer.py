@@ -1,9 +1,10 @@
 """C99 text of an expression graph: nodes used once are folded, the rest are named temporaries."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from signorini.codegen.c.loops import Entry, Run, find_runs, index_text
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.graph import LOGICAL, Graph, Node
 
@@ -53,8 +54,9 @@ def statements(
     real: str,
     precision: Precision,
     taken: set[str],
-) -> tuple[list[str], list[list[str]]]:
-    """Return temporaries, and the lines of each output, as C.
+    entries: Mapping[str, Entry],
+) -> tuple[list[str], list[list[str]], int]:
+    """Return temporaries, the lines of each output, as C, and the number of operations.
 
     Parameters
     ----------
@@ -70,13 +72,29 @@ def statements(
         Literal and libm suffixes.
     taken : set of str
         Identifiers that temporaries must not use.
+    entries : mapping from C text to Entry
+        Which symbols and targets are entries of arrays: long runs of them become loops.
     """
-    return _Printer(graph, real, precision, taken).run(targets, comments)
+    runs = find_runs(graph, [entries.get(t) for t in targets], comments, entries)
+    return _Printer(graph, real, precision, taken, entries, runs).run(targets, comments)
 
 
 class _Printer:
-    def __init__(self, graph: Graph, real: str, precision: Precision, taken: set[str]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        real: str,
+        precision: Precision,
+        taken: set[str],
+        entries: Mapping[str, Entry],
+        runs: Sequence[Run],
+    ) -> None:
         self.graph = graph
+        self.entries = entries
+        self.runs = {run.first: run for run in runs}
+        looped = {k for run in runs for k in range(run.first, run.first + run.count)}
+        self.roots = [root for k, root in enumerate(graph.roots) if k not in looped]
+        self.looped = looped
         self.real = real
         self.precision = precision
         self.taken = set(taken)
@@ -88,8 +106,8 @@ class _Printer:
     def _count_uses(self) -> list[int]:
         uses = [0] * len(self.graph.nodes)
         seen: set[int] = set()
-        stack = list(self.graph.roots)
-        for root in self.graph.roots:
+        stack = list(self.roots)
+        for root in self.roots:
             uses[root] += 1
         while stack:
             k = stack.pop()
@@ -105,21 +123,47 @@ class _Printer:
 
     def run(
         self, targets: Sequence[str], comments: Sequence[str]
-    ) -> tuple[list[str], list[list[str]]]:
-        needed: set[int] = set()
-        stack = list(self.graph.roots)
-        while stack:
-            k = stack.pop()
-            if k not in needed:
-                needed.add(k)
-                stack.extend(self.graph.nodes[k].args)
+    ) -> tuple[list[str], list[list[str]], int]:
+        needed = self.graph.reach(self.roots)
         for k in sorted(needed):
             self._print(k)
+        operations = self.graph.count(needed)
         outputs = []
-        for target, root, comment in zip(targets, self.graph.roots, comments, strict=True):
-            value = self.text[root][0]
-            outputs.append(_wrap(f"{target} = {self._real(root, value)};", comment))
-        return self.temporaries, outputs
+        for k, (target, root, comment) in enumerate(
+            zip(targets, self.graph.roots, comments, strict=True)
+        ):
+            if k in self.runs:
+                run = self.runs[k]
+                outputs.append(self._loop(run, target, root))
+                operations += run.count * self.graph.count(self.graph.reach([root]))
+            elif k in self.looped:
+                outputs.append([])
+            else:
+                value = self.text[root][0]
+                outputs.append(_wrap(f"{target} = {self._real(root, value)};", comment))
+        return self.temporaries, outputs, operations
+
+    def _loop(self, run: Run, target: str, root: int) -> list[str]:
+        """One statement for all of a run."""
+        order = iter(run.indices)
+        texts: dict[str, str] = {}
+        stack = [root]
+        while stack:
+            node = self.graph.nodes[stack.pop()]
+            if node.op == "symbol" and node.text in self.entries:
+                texts[node.text] = self.entries[node.text].text.format(index_text(*next(order)))
+            stack.extend(node.args)
+        outside, self.text = self.text, {}
+        for k in sorted(self.graph.reach([root])):
+            node = self.graph.nodes[k]
+            self.text[k] = self._expression(node)
+            if node.op == "symbol" and node.text in texts:
+                self.text[k] = texts[node.text], 9
+        value = self._real(root, self.text[root][0])
+        self.text = outside
+        left = self.entries[target].text.format(index_text(*run.target))
+        body = [f"    {line}" for line in _wrap(f"{left} = {value};", "")]
+        return [f"for (k = 0; k < {run.count}; ++k) {{", *body, "}"]
 
     def _real(self, k: int, text: str) -> str:
         """A truth value as a number."""

@@ -1,5 +1,8 @@
 """Numbers, places and times of a program as C text."""
 
+from dataclasses import replace
+
+from signorini.codegen.c.loops import Entry
 from signorini.codegen.c.printer import Precision
 from signorini.codegen.program import (
     ARGUMENT,
@@ -27,6 +30,16 @@ def lvalue(ref: Ref) -> str:
         arrow = "->" if ref.owner == ARGUMENT else "."
         text += f"{arrow}{name}[{entry}]"
     return text
+
+
+def entry(ref: Ref) -> Entry | None:
+    """The same number as an entry of its array; None for a number that stands alone."""
+    if ref.field:
+        name, index = ref.field
+        return Entry(lvalue(replace(ref, field=(name, 0))).removesuffix("[0]") + "[{}]", index)
+    if ref.index is None:
+        return None
+    return Entry(f"{_OWNERS[ref.owner]}{ref.array}[{{}}]", ref.index)
 
 
 def array(name: str, owner: str) -> str:

@@ -4,6 +4,7 @@ import casadi as ca
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
     CALLER,
+    COEFFICIENTS,
     STATE,
     Assembly,
     Evaluate,
@@ -89,7 +90,7 @@ class Lobatto:
         )
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
-            *("guard", "mu", "mu_F", "e_N", "e_F"),
+            *("guard", *(name for name, _ in COEFFICIENTS)),
         )
         return [
             self.point("stage", at_stage, ("p", "F", *_STAGE_ROWS, "rho")),
@@ -255,10 +256,7 @@ class Lobatto:
                 dense("drift", ca.vertcat(ca.SX(0, 1), *chi), "chi at t_n"),
                 dense("force_size", opening["force_size"], "size of dL/dq and f at t_n"),
                 dense("p", self.p_n, "p(t_n, q_n, v_n)"),
-                dense("mu", opening["mu"], "friction coefficients"),
-                dense("mu_F", opening["mu_F"], "friction coefficients of slip components"),
-                dense("e_N", opening["e_N"], "normal restitution"),
-                dense("e_F", opening["e_F"], "tangential restitution"),
+                *(dense(name, opening[name], what) for name, what in COEFFICIENTS),
                 dense("guard", opening["guard"], "guards at (t_n, q_n)"),
                 Target("no_R", self.n_R, (), True, "no percussions at the last stage"),
             ),

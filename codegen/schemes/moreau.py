@@ -5,6 +5,7 @@ from signorini.codegen.derive.magnitude import magnitude
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.program import (
     CALLER,
+    COEFFICIENTS,
     Assembly,
     Evaluate,
     Memory,
@@ -151,7 +152,8 @@ class AtMiddle:
                 "force_size": magnitude(d["force"]) + d["bound_force"],
                 "guard": _closed(d),
                 **{name: d[name] for name in ("chi_g", "chi_gamma", "chi_N", "chi_F")},
-                **{name: d[name] for name in ("rho", "mu", "mu_F", "e_N", "e_F")},
+                "rho": d["rho"],
+                **{name: d[name] for name, _ in COEFFICIENTS},
             },
         )
         self.terms, points = terms_of_place(memory, data, (values, mass, start_values))
@@ -219,10 +221,7 @@ class AtMiddle:
                     dense("drift", ca.vertcat(ca.SX(0, 1), *drift), "chi at (t_m, q_m)"),
                     dense("force_size", known["force_size"], "size of the forces"),
                     dense("p", begin["p"], "p(t_m, q_m, v_n)"),
-                    dense("mu", known["mu"], "friction coefficients"),
-                    dense("mu_F", known["mu_F"], "friction coefficients of slip components"),
-                    dense("e_N", known["e_N"], "normal restitution"),
-                    dense("e_F", known["e_F"], "tangential restitution"),
+                    *(dense(name, known[name], what) for name, what in COEFFICIENTS),
                     dense("guard", known["guard"], "-g_N(t_m, q_m), and the guard if smaller"),
                     Target("no_R", self.n_R, (), True, "not used"),
                 ),

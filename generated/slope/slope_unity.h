@@ -78,6 +78,7 @@
 #undef SG_TOLERANCE
 #undef SG_TOLERANCE_MOST
 #undef SG_TURNS
+#undef SG_UNROLLED
 #undef SG_WIDER
 
 #undef SG_AGAIN

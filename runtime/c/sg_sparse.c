@@ -77,6 +77,7 @@ static int sg_sparse_factor(int first, int n, const sg_factors *p, const real *s
     return 1;
 }
 
+#if SG_UNROLLED
 /* 1 if pivots first ... n - 1, whose inverses stand in LU, are larger than `least` times their
    scale and finite. */
 static int sg_pivots_hold(int first, int n, const sg_factors *p, const real *scale, real least,
@@ -91,6 +92,7 @@ static int sg_pivots_hold(int first, int n, const sg_factors *p, const real *sca
     }
     return 1;
 }
+#endif
 
 /* Solve with the factors; b, in elimination order and zero before `first`, becomes the solution. */
 static void sg_sparse_solve(int n, const sg_factors *p, const real *LU, int first, real *b) {
