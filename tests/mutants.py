@@ -131,7 +131,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("no start after a rejected one", SOLVE, "attempt < SG_ATTEMPTS && status != SG_K(OK) &&", "attempt < SG_ATTEMPTS && status != SG_K(OK) && status != SG_K(REJECTED) &&"),
     Mutant("the checker is not asked", SOLVE, "status = sg_check_problem(w, opt, problem) ? SG_K(OK) : SG_K(REJECTED);", "status = SG_K(OK);"),
     Mutant("percussions of least norm pull", LEAST, "*push = sg_max(*push, SG_C(0.0));", "*push = *push;"),
-    Mutant("percussions of least norm leave the friction cone", LEAST, "sg_into_cone(contact->components, mu,", "if (0) sg_into_cone(contact->components, mu,"),
+    Mutant("percussions of least norm leave the friction cone", LEAST, "(void)sg_into_cone(contact->components, mu,", "if (0) (void)sg_into_cone(contact->components, mu,"),
     Mutant("projections do not remember what they left out", LEAST, "w->least.correction[a] += z[a];", "w->least.correction[a] = z[a];"),
     Mutant("a time that the user sets is overwritten", STEP, "s->t != s->t_grid + s->n_grid * s->h_grid", "0"),
     Mutant("a guard that is no number counts as open", STEP, " || !sg_all_finite(SG_N_CONTACTS, w->guard)", ""),

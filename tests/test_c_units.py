@@ -9,8 +9,9 @@ from pathlib import Path
 import branch_coverage
 import pytest
 import signorini as sg
-from signorini.models import bouncing_ball, box, ribbed_floor
+from signorini.models import bouncing_ball, box
 from trap_models import (
+    anisotropic,
     forms,
     mixed_contacts,
     one_coordinate,
@@ -34,7 +35,7 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (box.model, 3, True),
     (one_coordinate, 4, False),
     (forms, 2, False),
-    (ribbed_floor.model, 2, True),
+    (anisotropic, 2, True),
 )
 # Redundant contacts, masses that vanish, time in every function, anisotropic friction.
 QUICK = (MODELS[0], MODELS[2], MODELS[-1])

@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import signorini as sg
 import sympy as sp
+from signorini.models import ribbed_floor
 
 
 def rheonomic() -> sg.Model:
@@ -301,3 +302,12 @@ TRAPS = (
     one_coordinate,
     sticking_incline,
 )
+
+
+def anisotropic() -> sg.Model:
+    """A block on ribs, with a belt that rubs it by a given bound, and a frictionless side."""
+    m = ribbed_floor.model()
+    (x, y, _z), (vx, vy, _vz) = m.q, m.velocities
+    m.friction("belt", gamma_F=[vx - vy / 4], bound=0.7)
+    m.contact("side", g_N=y + 2 + x / 8, e_N=0.5)
+    return m

@@ -44,9 +44,10 @@ static void sg_central_add(SG(work) * w, int n, int to, int from, real weight) {
 static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int base, int k) {
     const sg_contact *contact = &sg_contacts[k];
     const int f = sg_slip_of(base, k);
-    const sg_smoothed s = sg_friction_smooth(w, k, f, e);
     const real radius = sg_radius(w, base, k, R);
+    sg_smoothed s;
     int d, j;
+    sg_friction_smooth(w, k, f, e, &s);
     for (d = 0; d < contact->components; ++d) {
         const int row = f + d;
         w->central.rows[row] += radius * s.slip[d] / s.size;

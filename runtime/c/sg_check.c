@@ -52,15 +52,16 @@ static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg
 static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const sg_limit limit = sg_limits(opt);
-    sg_solved at;
-    int k;
+    int slot, k;
     if (!sg_all_finite(pr->n_x, &w->x[pr->x]) ||
         !sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) || !sg_check_momenta(w, pr, &limit)) {
         return 0;
     }
-    for (at.slot = 0; at.slot < pr->n_slots; ++at.slot) {
-        at.R = &w->R[pr->R + at.slot * SG_N_R];
-        at.y = &w->found.y[pr->R + at.slot * SG_N_R];
+    for (slot = 0; slot < pr->n_slots; ++slot) {
+        sg_solved at;
+        at.slot = slot;
+        at.R = &w->R[pr->R + slot * SG_N_R];
+        at.y = &w->found.y[pr->R + slot * SG_N_R];
         if (!sg_check_bilateral(w, pr, &at, &limit)) {
             return 0;
         }

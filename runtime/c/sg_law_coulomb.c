@@ -154,20 +154,18 @@ typedef struct {
     real size, soft, scale;
 } sg_smoothed;
 
-static inline sg_smoothed sg_friction_smooth(const SG(work) * w, int k, int f, real e) {
+static inline void sg_friction_smooth(const SG(work) * w, int k, int f, real e, sg_smoothed *s) {
     const sg_contact *contact = &sg_contacts[k];
-    sg_smoothed s = {{SG_C(0.0), SG_C(0.0)}, {SG_C(0.0), SG_C(0.0)}, 0, 0, 0};
     real own[2] = {SG_C(0.0), SG_C(0.0)};
     int d;
-    s.scale = sg_over_axis(w, contact->friction, w->central.scale[f]);
-    s.soft = e * s.scale;
+    s->scale = sg_over_axis(w, contact->friction, w->central.scale[f]);
+    s->soft = e * s->scale;
     for (d = 0; d < contact->components; ++d) {
-        s.slip[d] = w->scales.r_auto[f + d] * w->central.y[f + d];
-        own[d] = sg_over_axis(w, contact->friction + d, s.slip[d]);
-        s.along[d] = sg_over_axis(w, contact->friction + d, own[d]);
+        s->slip[d] = w->scales.r_auto[f + d] * w->central.y[f + d];
+        own[d] = sg_over_axis(w, contact->friction + d, s->slip[d]);
+        s->along[d] = sg_over_axis(w, contact->friction + d, own[d]);
     }
-    s.size = SG_SQRT(own[0] * own[0] + own[1] * own[1] + s.soft * s.soft);
-    return s;
+    s->size = SG_SQRT(own[0] * own[0] + own[1] * own[1] + s->soft * s->soft);
 }
 #endif
 

@@ -27,7 +27,7 @@ static void sg_nearest_in_cones(const SG(work) * w, const sg_problem *pr, real *
                     /* in these scales the cone is round */
                     const real mu = w->mu[k] * w->system.root_scale[a - 1] /
                                     sg_over_axis(w, contact->friction, w->system.root_scale[a]);
-                    sg_into_cone(contact->components, mu, SG_C(1.0), SG_C(1.0), push, &z[a]);
+                    (void)sg_into_cone(contact->components, mu, SG_C(1.0), SG_C(1.0), push, &z[a]);
                 } else {
                     *push = sg_max(*push, SG_C(0.0));
                 }

@@ -229,10 +229,10 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
     sg_past past;
     real nearest = SG_HUGE;
     int damped = search;
-    int iteration;
+    int iteration = 0;
     *measure = sg_measure(w, par, opt, problem);
     w->system.deficiency = 0;
-    for (iteration = 0;; ++iteration) {
+    for (;;) {
         real merit = SG_HUGE;
         real stall = SG_HUGE;
         int nearer; /* whether this point is clearly the nearest so far */
@@ -275,5 +275,6 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
             sg_advance(w, problem);
             *measure = sg_measure(w, par, opt, problem);
         }
+        ++iteration;
     }
 }

@@ -31,7 +31,7 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
                                         sg_irregular((slot * SG_N_CONTACTS + k + 1) * (turn + 1));
                 if (contact->components == 2 && turn > 0) {
                     /* once there is a point to go by, it tells the direction of slip */
-                    sg_friction_slip(w, k, &w->y[base + f], &w->rows.slip[base + f]);
+                    (void)sg_friction_slip(w, k, &w->y[base + f], &w->rows.slip[base + f]);
                 }
                 if (contact->normal < 0 && contact->components > 0) {
                     w->rows.kind[base + f] = SG_ROW_SLIP;

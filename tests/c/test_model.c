@@ -354,6 +354,46 @@ static void test_checker(void) {
     }
 }
 
+/* The ellipse of friction in the solver and in the checker, against its definition. */
+static void test_axes(void) {
+#if SG_N_AXES > 0
+    double R[2] = {0.3, -0.2};
+    double gamma[2] = {1.5, 0.7};
+    int k;
+    open_step(0.01);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const int c = sg_contacts[k].friction;
+        const double mu = work.mu[k];
+        const double *force = R;
+        const double *rate = gamma;
+        double in_disc[2], at_rate[2];
+        sg_check_in_disc(&work, k, &force, &rate, in_disc, at_rate);
+        if (sg_contacts[k].normal < 0 || sg_contacts[k].components < 2) {
+            continue;
+        }
+        /* the work is the same, and what the ellipse bounds the disc bounds */
+        ENSURE(fabs(sg_dot(2, force, rate) - sg_dot(2, R, gamma)) <= 1e-15);
+        ENSURE(fabs(sg_check_norm(2, force) / mu -
+                    hypot(R[0] / work.mu_F[c], R[1] / work.mu_F[c + 1])) <= 1e-14);
+        ENSURE(fabs(sg_friction_size(&work, k, R) - sg_check_norm(2, force)) <= 1e-15);
+        /* without friction, or with one coefficient that is none */
+        work.mu[k] = 0.0;
+        force = R;
+        rate = gamma;
+        sg_check_in_disc(&work, k, &force, &rate, in_disc, at_rate);
+        ENSURE(force == R && rate == gamma);
+        ENSURE(sg_elliptic_begin(&work) && work.elliptic.axis[c] == 1.0);
+        work.mu[k] = mu;
+        work.mu_F[c] = 0.0;
+        ENSURE(!sg_elliptic_begin(&work));
+        open_step(0.01);
+        work.mu_F[c] = NAN;
+        ENSURE(!sg_elliptic_begin(&work));
+        open_step(0.01);
+    }
+#endif
+}
+
 #if SG_N_KEY > 0
 /* 1 if a step from the state takes over terms that the state has, here wrong ones; 0 if it finds
    the right ones and ends as a step from a state without any. */
@@ -871,6 +911,7 @@ int main(void) {
     test_ends();
     test_last_attempt();
     test_checker();
+    test_axes();
 #if SG_N_KEY > 0
     test_terms();
 #endif
