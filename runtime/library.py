@@ -245,6 +245,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
             "model_hash",
             "contact_states",
             "event_kinds",
+            "g_blocks",
+            "gamma_blocks",
         ),
     )
     missing = [key for key in needed if not isinstance(manifest, dict) or key not in manifest]
