@@ -155,6 +155,8 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("planar turn with the wrong sign", "bodies/frames.py", "return (-omega * vector[1], omega * vector[0])", "return (omega * vector[1], -omega * vector[0])"),
     Mutant("support point of the ellipsoid outside", "bodies/shapes.py", "reach = scale(-1 / height", "reach = scale(1 / height"),
     Mutant("torques without reaction", "bodies/scene.py", "spin = frame.spin if against is None else subtract(frame.spin, against.spin)", "spin = frame.spin"),
+    Mutant("the spin of a body in space has a wrong sign", "bodies/spatial.py", "((-p1, p0, -p3, p2),", "((-p1, p0, p3, p2),"),
+    Mutant("a loop takes every entry where it should take every second", "codegen/c/loops.py", 'step = "k" if stride == 1', 'step = "k" if stride <= 2'),
     # anisotropic friction
     Mutant("percussions of an ellipse are taken for those of a disc", "runtime/c/sg_law_elliptic.c", "return R / w->elliptic.axis[c];", "return R;"),
     Mutant("the slip of an ellipse is taken for that of a disc", "runtime/c/sg_law_elliptic.c", "return x * w->elliptic.axis[c];", "return x;"),

@@ -403,3 +403,20 @@ def test_errors_say_what_to_do() -> None:
     with pytest.raises(sg.ModelError, match="Give three numbers"):
         space.revolute("r", one.point(), space.ground.point(), (space.model.q[0], 0, 1))
     assert isinstance(space.plane(), Plane)
+
+
+def test_the_spin_of_a_body_is_that_of_its_axes() -> None:
+    """dA/dt = spin x A for quaternions of length one and rates at right angles to them."""
+    m = sg.Model("body", symbols="casadi")
+    body = Spatial(m).body("body", 1.0, (1.0, 2.0, 2.5))
+    q, v = ca.vertcat(*m.q), ca.vertcat(*m.velocities)
+    axes = ca.vertcat(*(ca.horzcat(*row) for row in body.axes))
+    rate = ca.reshape(ca.jacobian(ca.vec(axes), q) @ v, 3, 3)
+    f = ca.Function("f", [q, v], [rate, ca.skew(ca.vertcat(*body.spin)) @ axes])
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        p, p_dot = rng.normal(size=4), rng.normal(size=4)
+        p /= np.linalg.norm(p)
+        p_dot -= p * (p @ p_dot)
+        found, expected = f(np.r_[0, 0, 0, p], np.r_[0, 0, 0, p_dot])
+        np.testing.assert_allclose(np.array(found), np.array(expected), atol=1e-13)

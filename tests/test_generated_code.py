@@ -34,7 +34,10 @@ from signorini.codegen.c.emit import (
     TABLES_END,
     render,
 )
+from signorini.codegen.c.loops import Entry
+from signorini.codegen.c.printer import PRECISIONS, statements
 from signorini.codegen.frontend.validate import freeze
+from signorini.codegen.graph import Graph
 from signorini.models import bouncing_ball, slope
 from trap_models import (
     mixed_contacts,
@@ -300,6 +303,22 @@ def test_rows_that_differ_in_indices_alone_are_loops(monkeypatch: pytest.MonkeyP
     np.testing.assert_array_equal(one.q, other.q)
     np.testing.assert_array_equal(one.P_N, other.P_N)
     assert one.P_N.max() > 0
+
+
+def test_runs_of_any_stride() -> None:
+    """y[k] = a[2 k + 1] - b[5] for k = 0 ... 19, then one that does not go on."""
+    a, b = ca.SX.sym("a", 41), ca.SX.sym("b")
+    values = [a[2 * k + 1] - b for k in range(20)] + [a[0] - b]
+    names = {a[k].element_hash(): f"a[{k}]" for k in range(41)} | {b.element_hash(): "b[5]"}
+    targets = [f"y[{k}]" for k in range(21)]
+    entries = {f"a[{k}]": Entry("a[{}]", k) for k in range(41)}
+    entries |= {f"y[{k}]": Entry("y[{}]", k) for k in range(21)} | {"b[5]": Entry("b[{}]", 5)}
+    _, lines, operations = statements(
+        Graph(values, names), targets, [""] * 21, "real", PRECISIONS["double"], set(), entries
+    )
+    loop = ["for (k = 0; k < 20; ++k) {", "    y[k] = a[1 + 2 * k] - b[5];", "}"]
+    assert [line for group in lines for line in group] == [*loop, "y[20] = a[0] - b[5];"]
+    assert operations == 21
 
 
 def test_places_have_names() -> None:

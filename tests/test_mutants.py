@@ -71,8 +71,9 @@ CATCHERS = (
     (
         "bodies, sizes of terms",
         "tests/test_bodies.py tests/test_commands_for_models.py",
-        "kinematics or magnitude or springs",
+        "kinematics or magnitude or springs or spin_of_a_body",
     ),
+    ("loops", "tests/test_generated_code.py", "stride"),
     (
         "stress",
         "tests/test_stress.py",
