@@ -1,7 +1,7 @@
 """Expression graph between CasADi SX and C text: equal nodes are one node, signs are gathered."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -13,6 +13,142 @@ COMMUTATIVE = frozenset({"+", "*", "fmin", "fmax", "==", "!=", "&&", "||", "hypo
 LOGICAL = frozenset({"<", "<=", "==", "!=", "&&", "||", "!"})
 # Operations that a count of arithmetic reports; function calls count one each.
 ARITHMETIC = frozenset({"+", "-", "*", "/", "sq", "twice", "inv"})
+ENTRY = -1  # the operation that takes one result of a call
+_COMMUTATIVE_IN_SX = frozenset({ca.OP_ADD, ca.OP_MUL})
+
+# An expression and what is known to have its value: a symbol or the negative of one.
+Known = tuple[tuple[ca.SX, ca.SX], ...]
+_Key = tuple[int, tuple[int, ...], float]
+
+
+class Operations:
+    """The operations of several scalar expressions as CasADi has them, equal ones once.
+
+    Parameters
+    ----------
+    outputs : sequence of scalar SX
+        The expressions.
+    known : tuple of (scalar SX, scalar SX)
+        Expressions that need not be computed, and what has their values.
+
+    Attributes
+    ----------
+    keys : list of (operation, operands, number)
+        Operands are indices of earlier keys; the number is that of a symbol, of a called function
+        or of its result, or a constant.
+    expressions : list of SX
+        Each operation as the expression that it was read from.
+    symbols : list of SX
+        All symbols.
+    called : list of str
+        Names of the functions of tables.
+    roots : list of int
+        Key of each output.
+    """
+
+    def __init__(self, outputs: Sequence[ca.SX], known: Known = ()) -> None:
+        self.keys: list[_Key] = []
+        self.expressions: list[ca.SX] = []
+        self.called: list[str] = []
+        self._index: dict[_Key, int] = {}
+        replaced, by = [pair[0] for pair in known], [pair[1] for pair in known]
+        column = ca.vertcat(ca.SX(0, 1), *outputs, *replaced, *by)
+        self.symbols: list[ca.SX] = ca.symvar(column)
+        roots = self._read(column)
+        first = len(outputs)
+        self.roots = roots[:first]
+        pairs = zip(roots[first : first + len(known)], roots[first + len(known) :], strict=True)
+        if known:
+            self._replace(dict(pairs))
+
+    def _read(self, column: ca.SX) -> list[int]:
+        """Take a column apart; the key of each entry."""
+        f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *self.symbols)], [column])
+        found = f.instructions_sx()
+        register: dict[int, int] = {}
+        zero = (
+            self._place((ca.OP_CONST, (), 0.0), ca.SX(0.0)) if column.nnz() < column.numel() else -1
+        )
+        roots = [zero] * column.numel()
+        rows = column.sparsity().row()
+        for k in range(f.n_instructions()):
+            op, to = f.instruction_id(k), f.instruction_output(k)
+            inputs = f.instruction_input(k)
+            if op == ca.OP_OUTPUT:
+                roots[rows[to[1]]] = register[inputs[0]]
+            elif op == ca.OP_ASSIGN:
+                register[to[0]] = register[inputs[0]]
+            elif op == ca.OP_INPUT:
+                key: _Key = (op, (), float(inputs[1]))
+                register[to[0]] = self._place(key, self.symbols[inputs[1]])
+            elif op == ca.OP_CONST:
+                value = f.instruction_constant(k)
+                register[to[0]] = self._place((op, (), value), ca.SX(value))
+            elif op == ca.OP_CALL:
+                name = found[k].which_function().name()
+                if name not in self.called:
+                    self.called.append(name)
+                number = float(self.called.index(name))
+                cell = self._place((op, tuple(register[i] for i in inputs), number), found[k])
+                for entry, place in enumerate(to):
+                    if place >= 0:
+                        key = (ENTRY, (cell,), float(entry))
+                        register[place] = self._place(key, found[k].get_output(entry))
+            else:
+                key = (op, tuple(register[i] for i in inputs), 0.0)
+                register[to[0]] = self._place(key, found[k])
+        return roots
+
+    def _place(self, key: _Key, expression: ca.SX) -> int:
+        op, operands, number = key
+        if op in _COMMUTATIVE_IN_SX:
+            key = (op, tuple(sorted(operands)), number)
+        if key not in self._index:
+            self._index[key] = len(self.keys)
+            self.keys.append(key)
+            self.expressions.append(expression)
+        return self._index[key]
+
+    def _replace(self, known: dict[int, int]) -> None:
+        """Put the keys that are known in the place of those that have to be computed."""
+        keys, expressions = self.keys, self.expressions
+        self.keys, self.expressions, self._index = [], [], {}
+        place: dict[int, int] = {}
+        for by in sorted(_reach(keys, known.values())):
+            op, operands, number = keys[by]
+            key = (op, tuple(place[a] for a in operands), number)
+            place[by] = self._place(key, expressions[by])
+        place |= {k: place[by] for k, by in known.items()}
+        for k in sorted(_reach(keys, self.roots, known)):
+            if k not in place:
+                op, operands, number = keys[k]
+                key = (op, tuple(place[a] for a in operands), number)
+                place[k] = self._place(key, expressions[k])
+        self.roots = [place[k] for k in self.roots]
+
+    def reach(self, roots: Iterable[int]) -> set[int]:
+        """All keys that the given ones need, with these."""
+        return _reach(self.keys, roots)
+
+    def used(self) -> list[ca.SX]:
+        """The symbols that the outputs need."""
+        needed = self.reach(self.roots)
+        keys = (self.keys[k] for k in sorted(needed))
+        return [self.symbols[int(number)] for op, _, number in keys if op == ca.OP_INPUT]
+
+
+def _reach(keys: Sequence[_Key], roots: Iterable[int], ends: Iterable[int] = ()) -> set[int]:
+    """What the roots need, not going on behind some."""
+    ends = set(ends)
+    found: set[int] = set()
+    stack = list(roots)
+    while stack:
+        k = stack.pop()
+        if k not in found:
+            found.add(k)
+            if k not in ends:
+                stack.extend(keys[k][1])
+    return found
 
 
 @dataclass(frozen=True)
@@ -30,7 +166,7 @@ class Graph:
 
     Parameters
     ----------
-    outputs : sequence of scalar SX
+    operations : Operations
         What is to be computed.
     names : mapping from element hash to C text
         How each symbol is written.
@@ -47,44 +183,31 @@ class Graph:
 
     def __init__(
         self,
-        outputs: Sequence[ca.SX],
+        operations: Operations,
         names: Mapping[int, str],
         tables: Mapping[str, str] | None = None,
     ) -> None:
         self.nodes: list[Node] = []
         self._index: dict[Node, int] = {}
-        column = ca.vertcat(ca.SX(0, 1), *outputs)
-        symbols = ca.symvar(column)
-        f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *symbols)], [column])
-        register: dict[int, int] = {}
-        roots: dict[int, int] = {}
-        for k in range(f.n_instructions()):
-            op = f.instruction_id(k)
-            inputs, to = f.instruction_input(k), f.instruction_output(k)
+        place: dict[int, int] = {}
+        for k in sorted(operations.reach(operations.roots)):
+            op, operands, number = operations.keys[k]
+            args = tuple(place[a] for a in operands)
             if op == ca.OP_INPUT:
-                symbol = symbols[inputs[1]]
-                register[to[0]] = self._add(Node("symbol", (), names[symbol.element_hash()]))
-            elif op == ca.OP_OUTPUT:
-                roots[to[1]] = register[inputs[0]]
+                symbol = operations.symbols[int(number)]
+                place[k] = self._add(Node("symbol", (), names[symbol.element_hash()]))
             elif op == ca.OP_CONST:
-                register[to[0]] = self._constant(f.instruction_constant(k))
-            elif op == ca.OP_ASSIGN:
-                register[to[0]] = register[inputs[0]]
+                place[k] = self._constant(number)
             elif op == ca.OP_CALL:
-                called = f.instructions_sx()[k].which_function().name()
-                text = (tables or {}).get(called, called)
-                cell = self._add(Node("cell", tuple(register[i] for i in inputs), text))
-                for entry, place in enumerate(to):
-                    if place >= 0:
-                        register[place] = self._add(Node("entry", (cell,), str(entry)))
+                called = operations.called[int(number)]
+                place[k] = self._add(Node("cell", args, (tables or {}).get(called, called)))
+            elif op == ENTRY:
+                place[k] = self._add(Node("entry", args, str(int(number))))
             elif op in _UNARY:
-                register[to[0]] = self._unary(_UNARY[op], register[inputs[0]])
+                place[k] = self._unary(_UNARY[op], *args)
             else:
-                register[to[0]] = self._binary(
-                    _BINARY[op], register[inputs[0]], register[inputs[1]]
-                )
-        zero = self._constant(0.0) if len(roots) < len(outputs) else 0
-        self.roots = [roots.get(k, zero) for k in range(len(outputs))]
+                place[k] = self._binary(_BINARY[op], *args)
+        self.roots = [place[k] for k in operations.roots]
         self._share_reciprocals()
 
     def _share_reciprocals(self) -> None:

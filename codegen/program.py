@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.graph import Known
 from signorini.codegen.sparsity import (
     Pattern,
     compress,
@@ -123,17 +124,25 @@ class Point:
     after : str
         Name of the point evaluated before with the same arguments, whose struct is the argument
         ``at``.
+    known : tuple of (SX, SX)
+        Expressions within the fields that are read, not computed, and the arguments that hold
+        them.
     """
 
     name: str
     arguments: tuple[str, ...]
     fields: dict[str, ca.SX]
     after: str = ""
+    known: Known = ()
 
     def stored(self, name: str) -> list[int]:
         """Nonzeros of a field that are no plain numbers, in column-major order."""
         value = self.fields[name]
         return [k for k in range(value.nnz()) if not value.nz[k].is_constant()]
+
+    def entries(self) -> list[ca.SX]:
+        """Entries of all fields that are no plain numbers."""
+        return [self.fields[name].nz[k] for name in self.fields for k in self.stored(name)]
 
     def at(self, memory: Memory, place: Place, name: str) -> ca.SX:
         """The field as it was found at a place."""

@@ -37,7 +37,7 @@ from signorini.codegen.c.emit import (
 from signorini.codegen.c.loops import Entry
 from signorini.codegen.c.printer import PRECISIONS, statements
 from signorini.codegen.frontend.validate import freeze
-from signorini.codegen.graph import Graph
+from signorini.codegen.graph import Graph, Operations
 from signorini.models import bouncing_ball, slope
 from trap_models import (
     mixed_contacts,
@@ -314,7 +314,13 @@ def test_runs_of_any_stride() -> None:
     entries = {f"a[{k}]": Entry("a[{}]", k) for k in range(41)}
     entries |= {f"y[{k}]": Entry("y[{}]", k) for k in range(21)} | {"b[5]": Entry("b[{}]", 5)}
     _, lines, operations = statements(
-        Graph(values, names), targets, [""] * 21, "real", PRECISIONS["double"], set(), entries
+        Graph(Operations(values), names),
+        targets,
+        [""] * 21,
+        "real",
+        PRECISIONS["double"],
+        set(),
+        entries,
     )
     loop = ["for (k = 0; k < 20; ++k) {", "    y[k] = a[1 + 2 * k] - b[5];", "}"]
     assert [line for group in lines for line in group] == [*loop, "y[20] = a[0] - b[5];"]

@@ -10,7 +10,7 @@ from signorini.codegen.c import refs
 from signorini.codegen.c.loops import Entry
 from signorini.codegen.c.printer import Precision, statements
 from signorini.codegen.derive.quantities import QUANTITIES, Derivation
-from signorini.codegen.graph import Graph
+from signorini.codegen.graph import Graph, Known, Operations
 from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point, Ref
 
 _LOCAL = frozenset(
@@ -211,7 +211,14 @@ class FunctionWriter:
         out = (CParameter("out", struct=point.name, const=False),)
         doc = (", ".join(name for name in point.fields if point.stored(name)),)
         return self._write(
-            f"evaluate_{point.name}", point.arguments, blocks, out, (), doc=doc, at=point.after
+            f"evaluate_{point.name}",
+            point.arguments,
+            blocks,
+            out,
+            (),
+            doc=doc,
+            at=point.after,
+            known=point.known,
         )
 
     def of_place(self, name: str, column: ca.SX, equation: str) -> CFunction:
@@ -310,9 +317,8 @@ class FunctionWriter:
                         (refs.base(t.array, t.owner),),
                     )
                 )
-        values = [v for b in blocks for v in b.values]
-        symbols = ca.symvar(ca.vertcat(ca.SX(0, 1), *values))
-        found = {s.element_hash(): self.memory.ref(s) for s in symbols}
+        operations = Operations([v for b in blocks for v in b.values])
+        found = {s.element_hash(): self.memory.ref(s) for s in operations.used()}
         names = {key: refs.lvalue(ref) for key, ref in found.items() if ref is not None}
         entries = {refs.lvalue(ref): refs.entry(ref) for ref in found.values() if ref is not None}
         for t in assembly.targets:
@@ -320,6 +326,7 @@ class FunctionWriter:
             entries |= {refs.lvalue(ref): refs.entry(ref) for ref in written}
         return self._finish(
             assembly.name,
+            operations,
             tuple(parameters),
             blocks,
             names,
@@ -350,6 +357,7 @@ class FunctionWriter:
         shape: tuple[int, ...],
         doc: tuple[str, ...] = (),
         at: str = "",
+        known: Known = (),
     ) -> CFunction:
         real = self.real
         declared = {
@@ -358,8 +366,8 @@ class FunctionWriter:
             "par": CParameter("par", struct="params"),
             "at": CParameter("at", struct=at),
         }
-        values = [v for b in blocks for v in b.values]
-        symbols = {s.element_hash(): s for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *values))}
+        operations = Operations([v for b in blocks for v in b.values], known)
+        symbols = {s.element_hash(): s for s in operations.used()}
         names: dict[int, str] = {}
         used: set[str] = set()
         aliases = []
@@ -395,6 +403,7 @@ class FunctionWriter:
         parameters = (*(declared[a] for a in arguments), *out)
         return self._finish(
             name,
+            operations,
             parameters,
             blocks,
             names,
@@ -409,6 +418,7 @@ class FunctionWriter:
     def _finish(
         self,
         name: str,
+        what: Operations,
         parameters: tuple[CParameter, ...],
         blocks: Sequence[_Block],
         names: dict[int, str],
@@ -420,8 +430,7 @@ class FunctionWriter:
         doc: tuple[str, ...] = (),
         entries: Mapping[str, Entry] = MappingProxyType({}),
     ) -> CFunction:
-        values = [v for b in blocks for v in b.values]
-        graph = Graph(values, names, self._tables)
+        graph = Graph(what, names, self._tables)
         targets = [t for b in blocks for t in b.targets]
         temporaries, lines, operations = statements(
             graph,

@@ -6,13 +6,12 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import casadi as ca
 import jinja2
 from signorini.codegen.derive.public import PUBLIC
 from signorini.codegen.derive.quantities import QUANTITIES, Derivation
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
-from signorini.codegen.graph import Graph
+from signorini.codegen.graph import Graph, Operations
 from signorini.codegen.numpy.printer import identifier, statements
 from signorini.version import __version__
 
@@ -96,7 +95,8 @@ def _function(d: Derivation, name: str, arguments: str) -> NumpyFunction:
     sparsity = value.sparsity()
     places = list(zip(sparsity.row(), sparsity.get_col(), strict=True))
     entries = [value.nz[k] for k in range(value.nnz())]
-    used = {s.element_hash() for s in ca.symvar(ca.vertcat(ca.SX(0, 1), *entries))}
+    operations = Operations(entries)
+    used = {s.element_hash() for s in operations.used()}
     taken = set(_FIXED) | {name for name, _ in PUBLIC} | {name for name, _ in data.tables}
     names: dict[int, str] = {data.t.element_hash(): "t"}
     aliases = []
@@ -113,7 +113,7 @@ def _function(d: Derivation, name: str, arguments: str) -> NumpyFunction:
             names[data.par[k].element_hash()] = local
             aliases.append(f'{local} = par["{parameter.name}"]')
     tables = {t.function: f"_{name}" for name, t in data.tables}
-    lines, texts = statements(Graph(entries, names, tables))
+    lines, texts = statements(Graph(operations, names, tables))
     return NumpyFunction(
         name=name,
         arguments=tuple(arguments),

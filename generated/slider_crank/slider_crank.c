@@ -4863,25 +4863,25 @@ static void slider_crank_evaluate_stage(
     const real half_l_2_sin_phi_2 = terms[3];
     const real a_cos_phi_3 = terms[4];
     const real b_sin_phi_3 = terms[5];
-    const real cos_phi_3_b = terms[6];
-    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
-    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
-    const real a_sin_phi_3_plus_d_over_2_minus_y_3 = terms[9];
+    const real b_cos_phi_3 = terms[6];
+    const real b_cos_phi_3_minus_a_sin_phi_3 = terms[7];
+    const real a_sin_phi_3_plus_b_cos_phi_3 = terms[8];
+    const real d_over_2_minus_y_3_plus_a_sin_phi_3 = terms[9];
     const real d_over_2_minus_y_3_minus_a_sin_phi_3 = terms[10];
     const real y_3_plus_d_over_2_minus_a_sin_phi_3 = terms[11];
-    const real a_sin_phi_3_plus_y_3_plus_d_over_2 = terms[12];
+    const real y_3_plus_d_over_2_plus_a_sin_phi_3 = terms[12];
 
     /* common terms */
-    const real w0 = R[0] * half_l_1_sin_phi_1 - R[1] * half_l_1_cos_phi_1 - R[2] * half_l_1_sin_phi_1
-        + R[3] * half_l_1_cos_phi_1;
-    const real w1 = R[3] * half_l_2_cos_phi_2 - R[2] * half_l_2_sin_phi_2 - R[4] * half_l_2_sin_phi_2
-        + R[5] * half_l_2_cos_phi_2;
+    const real w0 = half_l_1_sin_phi_1 * R[0] - half_l_1_cos_phi_1 * R[1] - half_l_1_sin_phi_1 * R[2]
+        + half_l_1_cos_phi_1 * R[3];
+    const real w1 = half_l_2_cos_phi_2 * R[3] - half_l_2_sin_phi_2 * R[2] - half_l_2_sin_phi_2 * R[4]
+        + half_l_2_cos_phi_2 * R[5];
     const real w2 = a_cos_phi_3 + b_sin_phi_3;
     const real w3 = b_sin_phi_3 - a_cos_phi_3;
     const real w4 = R[6] * w2 + R[7] * w3 + R[8] * w3 + R[9] * w2
-        - R[10] * cos_phi_3_b_minus_a_sin_phi_3 - R[11] * cos_phi_3_b_plus_a_sin_phi_3;
-    const real w5 = phi_3_dot * cos_phi_3_b_minus_a_sin_phi_3;
-    const real w6 = phi_3_dot * cos_phi_3_b_plus_a_sin_phi_3;
+        - b_cos_phi_3_minus_a_sin_phi_3 * R[10] - a_sin_phi_3_plus_b_cos_phi_3 * R[11];
+    const real w5 = b_cos_phi_3_minus_a_sin_phi_3 * phi_3_dot;
+    const real w6 = a_sin_phi_3_plus_b_cos_phi_3 * phi_3_dot;
     (void)(t);
     (void)(u);
 
@@ -4905,7 +4905,7 @@ static void slider_crank_evaluate_stage(
     out->F[5] = w1;
     out->F[6] = R[10] - R[4] + R[11] + R[12] + R[13];
     out->F[7] = R[8] - (R[5] + R[6] + R[7]) + R[9] - h * (m_3 * grav);
-    out->F[8] = w4 + R[12] * cos_phi_3_b_plus_a_sin_phi_3 + R[13] * cos_phi_3_b_minus_a_sin_phi_3;
+    out->F[8] = w4 + a_sin_phi_3_plus_b_cos_phi_3 * R[12] + b_cos_phi_3_minus_a_sin_phi_3 * R[13];
 
     /* g(t, q) = 0 (13) */
     out->g[0] = x_1 - half_l_1_cos_phi_1;
@@ -4916,10 +4916,10 @@ static void slider_crank_evaluate_stage(
     out->g[5] = half_l_2_sin_phi_2 + (y_2 - y_3);
 
     /* g_N(t, q) >= 0 */
-    out->g_N[0] = a_sin_phi_3_plus_d_over_2_minus_y_3 - cos_phi_3_b;
-    out->g_N[1] = d_over_2_minus_y_3_minus_a_sin_phi_3 - cos_phi_3_b;
-    out->g_N[2] = y_3_plus_d_over_2_minus_a_sin_phi_3 - cos_phi_3_b;
-    out->g_N[3] = a_sin_phi_3_plus_y_3_plus_d_over_2 - cos_phi_3_b;
+    out->g_N[0] = d_over_2_minus_y_3_plus_a_sin_phi_3 - b_cos_phi_3;
+    out->g_N[1] = d_over_2_minus_y_3_minus_a_sin_phi_3 - b_cos_phi_3;
+    out->g_N[2] = y_3_plus_d_over_2_minus_a_sin_phi_3 - b_cos_phi_3;
+    out->g_N[3] = y_3_plus_d_over_2_plus_a_sin_phi_3 - b_cos_phi_3;
 
     /* gamma_F = W_F^T v + chi_F */
     out->gamma_F[0] = x_3_dot - w5;
@@ -4946,16 +4946,16 @@ static void slider_crank_evaluate_stage_jacobian(
     const real half_l_2_sin_phi_2 = terms[3];
     const real a_cos_phi_3 = terms[4];
     const real b_sin_phi_3 = terms[5];
-    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
-    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
+    const real b_cos_phi_3_minus_a_sin_phi_3 = terms[7];
+    const real a_sin_phi_3_plus_b_cos_phi_3 = terms[8];
 
     /* common terms */
-    const real w0 = R[0] * half_l_1_cos_phi_1 + R[1] * half_l_1_sin_phi_1 - half_l_1_cos_phi_1 * R[2]
+    const real w0 = half_l_1_cos_phi_1 * R[0] + half_l_1_sin_phi_1 * R[1] - half_l_1_cos_phi_1 * R[2]
         - half_l_1_sin_phi_1 * R[3];
-    const real w1 = R[3] * half_l_2_sin_phi_2 + R[2] * half_l_2_cos_phi_2 + half_l_2_cos_phi_2 * R[4]
+    const real w1 = half_l_2_sin_phi_2 * R[3] + half_l_2_cos_phi_2 * R[2] + half_l_2_cos_phi_2 * R[4]
         + half_l_2_sin_phi_2 * R[5];
-    const real w2 = R[6] * cos_phi_3_b_minus_a_sin_phi_3 + R[7] * cos_phi_3_b_plus_a_sin_phi_3
-        + cos_phi_3_b_plus_a_sin_phi_3 * R[8];
+    const real w2 = b_cos_phi_3_minus_a_sin_phi_3 * R[6] + a_sin_phi_3_plus_b_cos_phi_3 * R[7]
+        + a_sin_phi_3_plus_b_cos_phi_3 * R[8];
     const real w3 = a_cos_phi_3 + b_sin_phi_3;
     const real w4 = a_cos_phi_3 - b_sin_phi_3;
     const real w5 = b_sin_phi_3 - a_cos_phi_3;
@@ -4981,7 +4981,7 @@ static void slider_crank_evaluate_stage_jacobian(
     out->F_q[0] = w0; /* dF[2]/dq[2] */
     out->F_q[1] = -w1; /* dF[5]/dq[5] */
     /* dF[8]/dq[8] */
-    out->F_q[2] = w2 + cos_phi_3_b_minus_a_sin_phi_3 * R[9] + R[10] * w3 - R[11] * w4 + w4 * R[12]
+    out->F_q[2] = w2 + b_cos_phi_3_minus_a_sin_phi_3 * R[9] + R[10] * w3 - R[11] * w4 + w4 * R[12]
         - w3 * R[13];
 
     /* d(g(t, q))/dq */
@@ -5007,10 +5007,10 @@ static void slider_crank_evaluate_stage_jacobian(
     out->gamma_F_q[3] = -w6; /* dgamma_F[3]/dq[8] */
 
     /* d(gamma_F)/dv */
-    out->gamma_F_v[0] = -cos_phi_3_b_minus_a_sin_phi_3; /* dgamma_F[0]/dv[8] */
-    out->gamma_F_v[1] = -cos_phi_3_b_plus_a_sin_phi_3; /* dgamma_F[1]/dv[8] */
-    out->gamma_F_v[2] = cos_phi_3_b_plus_a_sin_phi_3; /* dgamma_F[2]/dv[8] */
-    out->gamma_F_v[3] = cos_phi_3_b_minus_a_sin_phi_3; /* dgamma_F[3]/dv[8] */
+    out->gamma_F_v[0] = -b_cos_phi_3_minus_a_sin_phi_3; /* dgamma_F[0]/dv[8] */
+    out->gamma_F_v[1] = -a_sin_phi_3_plus_b_cos_phi_3; /* dgamma_F[1]/dv[8] */
+    out->gamma_F_v[2] = a_sin_phi_3_plus_b_cos_phi_3; /* dgamma_F[2]/dv[8] */
+    out->gamma_F_v[3] = b_cos_phi_3_minus_a_sin_phi_3; /* dgamma_F[3]/dv[8] */
 }
 
 
@@ -5039,20 +5039,20 @@ static void slider_crank_evaluate_end(
     const real half_l_2_sin_phi_2 = terms[3];
     const real a_cos_phi_3 = terms[4];
     const real b_sin_phi_3 = terms[5];
-    const real cos_phi_3_b_minus_a_sin_phi_3 = terms[7];
-    const real cos_phi_3_b_plus_a_sin_phi_3 = terms[8];
+    const real b_cos_phi_3_minus_a_sin_phi_3 = terms[7];
+    const real a_sin_phi_3_plus_b_cos_phi_3 = terms[8];
 
     /* common terms */
-    const real w0 = phi_1_dot * half_l_1_sin_phi_1;
-    const real w1 = phi_1_dot * half_l_1_cos_phi_1;
-    const real w2 = phi_2_dot * half_l_2_sin_phi_2;
-    const real w3 = phi_2_dot * half_l_2_cos_phi_2;
+    const real w0 = half_l_1_sin_phi_1 * phi_1_dot;
+    const real w1 = half_l_1_cos_phi_1 * phi_1_dot;
+    const real w2 = half_l_2_sin_phi_2 * phi_2_dot;
+    const real w3 = half_l_2_cos_phi_2 * phi_2_dot;
     const real w4 = a_cos_phi_3 + b_sin_phi_3;
     const real w5 = phi_3_dot * w4;
     const real w6 = b_sin_phi_3 - a_cos_phi_3;
     const real w7 = phi_3_dot * w6;
-    const real w8 = phi_3_dot * cos_phi_3_b_minus_a_sin_phi_3;
-    const real w9 = phi_3_dot * cos_phi_3_b_plus_a_sin_phi_3;
+    const real w8 = b_cos_phi_3_minus_a_sin_phi_3 * phi_3_dot;
+    const real w9 = a_sin_phi_3_plus_b_cos_phi_3 * phi_3_dot;
     (void)(t);
     (void)(q);
 
@@ -5104,10 +5104,10 @@ static void slider_crank_evaluate_end(
     out->W_N[3] = w4; /* [8][3] */
 
     /* W_F = (dgamma_F/dv)^T */
-    out->W_F[0] = -cos_phi_3_b_minus_a_sin_phi_3; /* [8][0] */
-    out->W_F[1] = -cos_phi_3_b_plus_a_sin_phi_3; /* [8][1] */
-    out->W_F[2] = cos_phi_3_b_plus_a_sin_phi_3; /* [8][2] */
-    out->W_F[3] = cos_phi_3_b_minus_a_sin_phi_3; /* [8][3] */
+    out->W_F[0] = -b_cos_phi_3_minus_a_sin_phi_3; /* [8][0] */
+    out->W_F[1] = -a_sin_phi_3_plus_b_cos_phi_3; /* [8][1] */
+    out->W_F[2] = a_sin_phi_3_plus_b_cos_phi_3; /* [8][2] */
+    out->W_F[3] = b_cos_phi_3_minus_a_sin_phi_3; /* [8][3] */
 }
 
 

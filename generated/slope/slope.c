@@ -4619,7 +4619,7 @@ static void slope_evaluate_stage(
     const real w1 = R[1] * w0;
     const real w2 = R[0] * w0;
     const real w3 = x_dot * w0;
-    const real w4 = w0 * (y_dot * exp_minus_x);
+    const real w4 = w0 * (exp_minus_x * y_dot);
     (void)(t);
     (void)(q);
     (void)(u);
@@ -4659,11 +4659,11 @@ static void slope_evaluate_stage_jacobian(
 
     /* common terms */
     const real w0 = 1.0 / sqrt_1_plus_sq_exp_minus_x;
-    const real w1 = term_5 * (term_2 * w0) - term_2;
-    const real w2 = term_2 + term_5 * term_4;
-    const real w3 = 2.0 * (exp_minus_x * exp_minus_x);
-    const real w4 = term_5 * (w0 * w2 + term_5 * (w0 * term_4))
-        + term_4 * (term_5 * (term_5 * w0) - 0.5 * (w0 * (w3 + w3)));
+    const real w1 = 2.0 * (exp_minus_x * exp_minus_x);
+    const real w2 = term_5 * (term_2 * w0) - term_2;
+    const real w3 = term_2 + term_4 * term_5;
+    const real w4 = term_5 * (w0 * w3 + term_5 * (term_4 * w0))
+        + term_4 * (term_5 * (term_5 * w0) - 0.5 * (w0 * (w1 + w1)));
     (void)(t);
     (void)(q);
     (void)(v);
@@ -4675,17 +4675,17 @@ static void slope_evaluate_stage_jacobian(
     out->p_v[1] = mass; /* dp[1]/dv[1] */
 
     /* d(F)/dq */
-    out->F_q[0] = R[0] * (w1 + w4) + term_5 * (w0 * at->common[0]); /* dF[0]/dq[0] */
-    out->F_q[1] = term_5 * (w0 * at->common[1]) - w1 * R[1]; /* dF[1]/dq[0] */
+    out->F_q[0] = R[0] * (w2 + w4) + term_5 * (at->common[0] * w0); /* dF[0]/dq[0] */
+    out->F_q[1] = term_5 * (at->common[1] * w0) - w2 * R[1]; /* dF[1]/dq[0] */
     out->F_q[2] = R[0] * (term_5 * (w0 * w0)); /* dF[0]/dq[1] */
 
     /* d(g_N(t, q) >= 0)/dq */
-    out->g_N_q[0] = w2; /* dg_N[0]/dq[0] */
+    out->g_N_q[0] = w3; /* dg_N[0]/dq[0] */
     out->g_N_q[1] = w0; /* dg_N[0]/dq[1] */
 
     /* d(gamma_F)/dq */
     /* dgamma_F[0]/dq[0] */
-    out->gamma_F_q[0] = term_5 * (w0 * at->common[2]) - (term_5 * (w0 * at->common[3]) - at->common[3]);
+    out->gamma_F_q[0] = term_5 * (at->common[2] * w0) - (term_5 * (at->common[3] * w0) - at->common[3]);
 
     /* d(gamma_F)/dv */
     out->gamma_F_v[0] = w0; /* dgamma_F[0]/dv[0] */
@@ -4720,7 +4720,7 @@ static void slope_evaluate_end(
     out->g_N_dot[0] = x_dot * w0 + y_dot * w1;
 
     /* gamma_F = W_F^T v + chi_F */
-    out->gamma_F[0] = x_dot * w1 - w1 * (y_dot * exp_minus_x);
+    out->gamma_F[0] = x_dot * w1 - w1 * (exp_minus_x * y_dot);
 
     /* W_N = (dg_N/dq)^T */
     out->W_N[0] = w0;
