@@ -4,13 +4,14 @@ import sys
 
 from rich.console import Console
 from signorini.codegen.frontend.errors import GenerationError, ModelError
-from signorini.commands import doctor, generate, look, measure, run, sweep
+from signorini.commands import doctor, generate, look, measure, new, run, sweep
 from signorini.commands.base import app
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
 
 _EXPECTED = (ModelError, GenerationError, CompilerError, RunError)
 COMMANDS = (
+    new,
     run,
     generate,
     look,

@@ -18,6 +18,8 @@ NEEDED = ("numpy", "sympy", "casadi", "jinja2", "mpmath", "matplotlib", "rich", 
 EXTRAS = {
     "data": ("pandas", "xarray", "pyarrow", "h5netcdf"),
     "sweep": ("distributed", "zarr"),
+    "view": ("viser", "imageio_ffmpeg"),
+    "learning": ("gymnasium",),
     "peers": ("mujoco", "exudyn", "pydrake"),
 }
 

@@ -7,7 +7,9 @@ import pkgutil
 import re
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import signorini.models
 from signorini.codegen.frontend.errors import ModelError
@@ -62,6 +64,24 @@ def find_model(name: str) -> Model:
     if not isinstance(model, Model):
         raise RunError(f"{place}:{function} returned {type(model).__name__}, not a signorini.Model")
     return model
+
+
+def find_function(name: str) -> Callable[..., Any]:
+    """Return the function of ``path.py:function`` or ``package.module:function``.
+
+    Raises
+    ------
+    RunError
+        If there is no such function, or its file fails.
+    """
+    place, colon, function = name.rpartition(":")
+    if not colon or not function.isidentifier():
+        raise RunError(f"'{name}' names no function: write FILE.py:FUNCTION")
+    found = getattr(_module(place), function, None)
+    if not callable(found):
+        raise RunError(f"{place} has no function '{function}'")
+    made: Callable[..., Any] = found
+    return made
 
 
 def _offers(module: object) -> list[str]:

@@ -1,12 +1,56 @@
-"""What the command line shows of a run: events, a short table, a plot."""
+"""What the command line shows of a run: events, a short table."""
 
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from signorini.runtime.files import write_whole
 from signorini.runtime.trajectory import Trajectory
+
+
+def summary(traj: Trajectory) -> dict[str, Any]:
+    """What `show` prints, and all events, as plain data."""
+    m = traj.stepper.manifest
+    n = traj.steps
+
+    def named(names: list[str], values: np.ndarray) -> dict[str, float]:
+        return dict(zip(names, values.tolist(), strict=True))
+
+    gaps = traj.smallest_gap[1:]
+    return {
+        "model": m["model"],
+        "scheme": m["scheme"],
+        "stages": m["stages"],
+        "precision": m["precision"],
+        "generator": m["generator"],
+        "parameters": traj.parameters,
+        "t": [float(traj.t[0]), float(traj.t[-1])],
+        "steps": n,
+        "rows": len(traj) - 1,
+        "start": {
+            "q": named(m["coordinates"], traj.q[0]),
+            "v": named(m["velocities"], traj.v[0]),
+        },
+        "end": {
+            "q": named(m["coordinates"], traj.q[-1]),
+            "v": named(m["velocities"], traj.v[-1]),
+            "outputs": named(m["outputs"], traj.outputs[-1]),
+        },
+        "energy": {
+            "start": float(traj.energy[0]),
+            "end": float(traj.energy[-1]),
+            "least": float(traj.energy_range[:, 0].min()),
+            "most": float(traj.energy_range[:, 1].max()),
+        },
+        "smallest_gap": float(gaps.min()) if n and np.isfinite(gaps).any() else None,
+        "iterations": int(traj.iterations.sum()),
+        "impacts": int(traj.impacts.sum()),
+        "lost_impacts": int(np.sum(traj.lost_impacts[1:])),
+        "rows_with_rescues": int(np.count_nonzero(traj.rescues[1:])),
+        "rows_with_substeps": int(np.count_nonzero(traj.substeps[1:])),
+        "seconds": traj.seconds,
+        "events": [event._asdict() for event in traj.events],
+    }
 
 
 def show(console: Console, traj: Trajectory, most: int = 12) -> None:
@@ -21,7 +65,7 @@ def show(console: Console, traj: Trajectory, most: int = 12) -> None:
         for event in traj.events[:most]:
             table.add_row(f"{event.t:.6g}", event.contact, event.kind)
         if len(traj.events) > most:
-            table.add_row("...", f"{len(traj.events) - most} more", "(in the file of --out)")
+            table.add_row("...", f"{len(traj.events) - most} more", "(--all-events shows them)")
         console.print(table)
     table = Table(title="final state", title_justify="left")
     for heading in ("", "q", "v"):
@@ -62,75 +106,3 @@ def show(console: Console, traj: Trajectory, most: int = 12) -> None:
         if traj.seconds:
             table.add_row("µs per step", f"{traj.seconds / n * 1e6:.3g} (wall, from Python)")
     console.print(table)
-
-
-def plot(traj: Trajectory, path: Path) -> None:
-    """Write a figure of coordinates, velocities, gaps and mean contact forces."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    m = traj.stepper.manifest
-    t = traj.t
-    contacts = list(traj.contacts.items())
-    rows = 2 if contacts else 1
-    fig, axes = plt.subplots(rows, 2, figsize=(11, 3.6 * rows), squeeze=False, layout="constrained")
-    few = len(m["coordinates"]) <= 12
-    for axis, array, names, label in (
-        (axes[0, 0], traj.q, m["coordinates"], "q"),
-        (axes[0, 1], traj.v, m["velocities"], "v"),
-    ):
-        for k, name in enumerate(names):
-            axis.plot(t, array[:, k], label=name if few else None, lw=1.2)
-        axis.set_ylabel(label)
-    if contacts:
-        dt = np.diff(t)
-        for name, columns in contacts:
-            if columns["P_N"] is not None:
-                (_line,) = axes[1, 0].plot(
-                    t, traj.g_N[:, columns["P_N"]], label=f"g_N {name}", lw=1.2
-                )
-                axes[1, 1].step(
-                    t[1:],
-                    traj.P_N[1:, columns["P_N"]] / dt,
-                    where="pre",
-                    label=f"P_N/Δt {name}",
-                    lw=1.2,
-                )
-            for j, column in enumerate(columns["P_F"]):
-                suffix = f"[{j}]" if len(columns["P_F"]) > 1 else ""
-                axes[1, 1].step(
-                    t[1:],
-                    traj.P_F[1:, column] / dt,
-                    where="pre",
-                    label=f"P_F{suffix}/Δt {name}",
-                    lw=1.0,
-                    ls="--",
-                )
-        if traj.P_N.shape[1]:
-            axes[1, 0].set_ylabel("gap")
-        else:
-            axes[1, 0].plot(t, traj.gamma_F, lw=1.2)
-            axes[1, 0].set_ylabel("slip velocity")
-        forces = np.abs(np.hstack([traj.P_N[1:], traj.P_F[1:]])) / dt[:, None]
-        pushing = forces[forces > 0]
-        if pushing.size:
-            # Impacts are off the scale of contact forces; the axis keeps to the latter.
-            top = 4 * float(np.median(np.max(forces, axis=1)[np.max(forces, axis=1) > 0]))
-            if np.max(forces) > top:
-                axes[1, 1].set_ylim(-top, top)
-                axes[1, 1].set_title("impacts exceed the axis", fontsize=8, loc="right")
-        axes[1, 1].set_ylabel("mean force: percussion / Δt")
-        for event in traj.events[:40]:
-            for axis in axes.flat:
-                axis.axvline(event.t, color="0.85", lw=0.8, zorder=0)
-    for axis in axes.flat:
-        axis.set_xlabel("t")
-        axis.grid(alpha=0.25)
-        handles, _ = axis.get_legend_handles_labels()
-        if 0 < len(handles) <= 14:
-            axis.legend(fontsize=8)
-    fig.suptitle(f"{m['model']}: {m['scheme']}, s = {m['stages']}")
-    write_whole(path, lambda file: fig.savefig(file, dpi=130))
-    plt.close(fig)

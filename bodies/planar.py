@@ -51,7 +51,7 @@ class Planar(Scene):
             A frame that moves with other coordinates (see `frame`): the body gets none of its own.
         """
         if frame is None:
-            q = self.model.coordinates(coordinates or f"{name}_x {name}_y {name}_phi")
+            q = self._coordinates(coordinates or f"{name}_x {name}_y {name}_phi", "m m rad")
             if len(q) != 3:
                 raise ModelError(
                     self.model.name,
@@ -72,6 +72,7 @@ class Planar(Scene):
         positive(self.model, f"inertia of body '{name}'", inertia)
         T = mass * dot(frame.velocity, frame.velocity) / 2 + inertia * frame.spin[0] ** 2 / 2
         self.add_energy(T, -mass * dot(self.gravity, frame.origin))
+        self.looks.body(frame)
         return frame
 
     def frame(
@@ -100,6 +101,7 @@ class Planar(Scene):
 
         `axis` has components of `other`'s frame; `angle` is the fixed angle between the frames.
         """
+        self.looks.joint(one, other)
         what = f"axis of joint '{name}'"
         a = unit(self.model, what, self.vector(what, axis))
         across = other.frame.direction(-a[1], a[0])
@@ -113,6 +115,7 @@ class Planar(Scene):
 
     def rigid(self, name: str, one: Point, other: Point, angle: Any = 0) -> None:
         """Weld: the points stay together and the frames at a fixed angle."""
+        self.looks.joint(one, other)
         apart = subtract(one.position, other.position)
         self.model.constraint(name, [*apart, self._angle(one.frame, other.frame, angle)])
 
@@ -165,11 +168,16 @@ class Planar(Scene):
         """
         what = f"polygons '{name}'"
         shapes = [outline(self.model, what, corners) for corners in (one, other)]
+        self.looks.polygon(one)
+        self.looks.polygon(other)
         for letter, found in zip("ab", pairs(self.algebra, *shapes), strict=True):
             for pair in found:
-                slip = [dot(t, pair.velocity) for t in tangents(self.algebra, pair.normal)]
+                directions = tangents(self.algebra, pair.normal)
+                slip = [dot(t, pair.velocity) for t in directions]
+                full_name = f"{name}_{letter}{pair.corner}_{pair.edge}"
+                self.looks.contact(full_name, pair.place, pair.normal, directions)
                 self.model.contact(
-                    f"{name}_{letter}{pair.corner}_{pair.edge}",
+                    full_name,
                     g_N=pair.gap,
                     gamma_F=slip if friction else None,
                     guard=pair.guard if guard is None else self.algebra.minimum(pair.guard, guard),

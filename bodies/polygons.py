@@ -209,6 +209,7 @@ class Pair:
     gap: Any
     normal: Vector
     velocity: Vector
+    place: Vector
     guard: Any
 
 
@@ -245,6 +246,7 @@ def pairs(algebra: Algebra, one: Outline, other: Outline) -> tuple[list[Pair], l
                     gaps[side][i, j],
                     edge.normal,
                     subtract(corner.velocity, frame.velocity_at(corner.position)),
+                    corner.position,
                     algebra.minimum(inside, _fold(algebra.maximum, terms)),
                 )
             )

@@ -6,6 +6,7 @@ from typing import Any
 from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
 from signorini.bodies.frames import Frame, Point
 from signorini.bodies.given import positive, unit
+from signorini.bodies.looks import Looks
 from signorini.bodies.shapes import Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
@@ -42,6 +43,7 @@ class Scene:
         spin = (0,) if self.dimension == 2 else zero
         self.ground = Frame("ground", self.algebra, zero, zero, axes, spin)
         model.lagrangian = 0
+        self.looks = Looks(model.drawing)
 
     # --- energies and forces ---------------------------------------------------------------------
 
@@ -53,15 +55,22 @@ class Scene:
         """A point mass with coordinates of its own, or at a given point of a frame."""
         if at is None:
             letters = "xyz"[: self.dimension]
-            q = self.model.coordinates(" ".join(f"{name}_{c}" for c in letters))
+            names = " ".join(f"{name}_{c}" for c in letters)
+            q = self._coordinates(names, " ".join("m" for _ in letters))
             v = self.model.velocities[-self.dimension :]
             zero_spin = (0,) if self.dimension == 2 else (0, 0, 0)
             at = Frame(name, self.algebra, q, v, self.ground.axes, zero_spin).point()
         positive(self.model, f"mass of particle '{name}'", mass)
+        self.looks.dot(name, at)
         self.add_energy(
             mass * dot(at.velocity, at.velocity) / 2, -mass * dot(self.gravity, at.position)
         )
         return at
+
+    def _coordinates(self, names: str, units: str) -> tuple[Any, ...]:
+        """Coordinates with their units, if there are as many as a body has; the caller counts."""
+        fits = len(names.replace(",", " ").split()) == len(units.split())
+        return self.model.coordinates(names, units=units if fits else None)
 
     def force(self, point: Point, force: Sequence[Any], *, local: bool = False) -> None:
         """A force [N] on a point, in components of the fixed frame or of the point's own."""
@@ -80,6 +89,7 @@ class Scene:
         self, one: Point, other: Point, stiffness: Any, length: Any = 0, damping: Any = 0
     ) -> None:
         """A spring with damper between two points: k/2 (|r| - l)^2, force -d d|r|/dt along it."""
+        self.looks.spring(one, other)
         r = subtract(one.position, other.position)
         if _is_zero(length) and _is_zero(damping):
             self.add_energy(0, stiffness * dot(r, r) / 2)
@@ -89,10 +99,14 @@ class Scene:
         if not _is_zero(damping):
             direction = scale(1 / distance, r)
             rate = dot(direction, subtract(one.velocity, other.velocity))
-            self.actuator(one, other, -damping * rate)
+            self._push(one, other, -damping * rate)
 
     def actuator(self, one: Point, other: Point, force: Any) -> None:
         """A force [N] that pushes two points apart, an input for example."""
+        self.looks.line(one, other)
+        self._push(one, other, force)
+
+    def _push(self, one: Point, other: Point, force: Any) -> None:
         r = subtract(one.position, other.position)
         direction = scale(1 / self.algebra.sqrt(dot(r, r)), r)
         self._work(subtract(one.velocity, other.velocity), scale(force, direction))
@@ -128,9 +142,15 @@ class Scene:
         """The curve or surface phi = 0 in components of a frame; free where phi > 0."""
         return Surface(self.ground if frame is None else frame, phi)
 
-    def graph(self, height: Callable[..., Any], frame: Frame | None = None) -> Surface:
-        """The curve y = height(x) or the surface z = height(x, y); free above."""
-        return self.surface(lambda *place: place[-1] - height(*place[:-1]), frame)
+    def graph(
+        self, height: Callable[..., Any], frame: Frame | None = None, shown: Any = 1
+    ) -> Surface:
+        """The curve y = height(x) or the surface z = height(x, y); free above.
+
+        Pictures show `shown` [m] of it on both sides of what touches it.
+        """
+        base = self.ground if frame is None else frame
+        return Surface(base, lambda *place: place[-1] - height(*place[:-1]), height, shown)
 
     def contact(
         self,
@@ -158,10 +178,10 @@ class Scene:
         """
         kinematics = self._touch(f"contact '{name}'", one, other)
         gamma_F = None
+        directions = tangents(self.algebra, kinematics.normal) if friction else ()
         if friction:
-            gamma_F = [
-                dot(t, kinematics.velocity) for t in tangents(self.algebra, kinematics.normal)
-            ]
+            gamma_F = [dot(t, kinematics.velocity) for t in directions]
+        self.looks.contact(name, kinematics.place, kinematics.normal, directions)
         if kinematics.guard is not None:
             guard = (
                 kinematics.guard if guard is None else self.algebra.minimum(kinematics.guard, guard)
@@ -195,6 +215,7 @@ class Scene:
                 "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
                 "Edge; or write g_N and gamma_F yourself with Model.contact",
             )
+        self.looks.touching(one, other)
         return kinematics
 
     def _slip(self, kinematics: Touch) -> list[Any]:
@@ -203,6 +224,7 @@ class Scene:
 
     def coincide(self, name: str, one: Point, other: Point) -> None:
         """Two points stay together: a revolute joint in the plane, a spherical one in space."""
+        self.looks.joint(one, other)
         self.model.constraint(name, subtract(one.position, other.position))
 
     # --- frames whose motion is given ------------------------------------------------------------

@@ -38,10 +38,16 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A smooth curve or surface phi(x, y[, z]) = 0 in components of a frame; phi > 0 is free."""
+    """A smooth curve or surface phi(x, y[, z]) = 0 in components of a frame; phi > 0 is free.
+
+    `height` is the function whose graph it is, if it is one; pictures show `shown` [m] of it on
+    both sides of what touches it.
+    """
 
     frame: Frame
     phi: Callable[..., Any]
+    height: Callable[..., Any] | None = None
+    shown: Any = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +72,7 @@ class Touch:
     gap: Any
     normal: Vector
     velocity: Vector  # of the first thing's material relative to the second's
+    place: Vector  # of that material
     guard: Any = None
 
 
@@ -99,7 +106,7 @@ def _with_plane(algebra: Algebra, one: Any, plane: Plane) -> Touch | None:
         material = add(frame.velocity_at(add(center, reach)), scale(-1, plane.belt))
         gap = dot(n, subtract(center, plane.point.position)) - height
         ground = plane.point.frame.velocity_at(add(center, reach))
-        return Touch(gap, n, subtract(material, ground))
+        return Touch(gap, n, subtract(material, ground), add(center, reach))
     else:
         return None
     gap = dot(n, subtract(center, plane.point.position))
@@ -111,7 +118,7 @@ def _with_plane(algebra: Algebra, one: Any, plane: Plane) -> Touch | None:
         velocity = add(one.center.velocity, frame.turn(reach))
         gap = gap - one.radius
     surface = add(plane.point.frame.velocity_at(place), plane.belt)
-    return Touch(gap, n, subtract(velocity, surface))
+    return Touch(gap, n, subtract(velocity, surface), place)
 
 
 def _rounds(algebra: Algebra, one: Round, other: Round) -> Touch:
@@ -120,7 +127,8 @@ def _rounds(algebra: Algebra, one: Round, other: Round) -> Touch:
     n = scale(1 / distance, apart)
     material = add(one.center.velocity, one.center.frame.turn(scale(-one.radius, n)))
     ground = add(other.center.velocity, other.center.frame.turn(scale(other.radius, n)))
-    return Touch(distance - one.radius - other.radius, n, subtract(material, ground))
+    place = add(one.center.position, scale(-one.radius, n))
+    return Touch(distance - one.radius - other.radius, n, subtract(material, ground), place)
 
 
 def _with_surface(algebra: Algebra, one: Point, surface: Surface) -> Touch:
@@ -129,7 +137,7 @@ def _with_surface(algebra: Algebra, one: Point, surface: Surface) -> Touch:
     size = algebra.sqrt(dot(gradient, gradient))
     n = surface.frame.direction(*scale(1 / size, gradient))
     velocity = subtract(one.velocity, surface.frame.velocity_at(one.position))
-    return Touch(value / size, n, velocity)
+    return Touch(value / size, n, velocity, one.position)
 
 
 def _with_edge(algebra: Algebra, one: Point, edge: Edge) -> Touch:
@@ -144,7 +152,7 @@ def _with_edge(algebra: Algebra, one: Point, edge: Edge) -> Touch:
     behind = algebra.minimum(gap, 0)
     guard = algebra.minimum(inside + edge.beyond + behind, gap + edge.depth)
     velocity = subtract(one.velocity, frame.velocity_at(one.position))
-    return Touch(gap, n, velocity, guard)
+    return Touch(gap, n, velocity, one.position, guard)
 
 
 def tangents(algebra: Algebra, normal: Vector) -> tuple[Vector, ...]:

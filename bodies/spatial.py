@@ -58,9 +58,10 @@ class Spatial(Scene):
             omega = frame.components(frame.spin)
             T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
             self.add_energy(T, -mass * dot(self.gravity, frame.origin))
+            self.looks.body(frame)
             return frame
         names = coordinates or " ".join(f"{name}_{c}" for c in "x y z p0 p1 p2 p3".split())
-        q = self.model.coordinates(names)
+        q = self._coordinates(names, "m m m" + 4 * " quaternion")
         if len(q) != 7:
             raise ModelError(
                 self.model.name,
@@ -81,7 +82,9 @@ class Spatial(Scene):
         self.add_energy(T, -mass * dot(self.gravity, r))
         # In the fixed frame: 2 E(p) p_dot, which is A omega where |p| = 1, and bilinear.
         spin = tuple(2 * dot(row, p_dot) for row in _E(p))
-        return Frame(name, self.algebra, r, r_dot, _rotation(p), spin)
+        frame = Frame(name, self.algebra, r, r_dot, _rotation(p), spin)
+        self.looks.body(frame)
+        return frame
 
     def frame(
         self,
@@ -118,6 +121,7 @@ class Spatial(Scene):
         other_axis: Sequence[float] | None = None,
     ) -> None:
         """Hinge about an axis fixed to both frames, given in components of each."""
+        self.looks.joint(one, other)
         a = self._axis(name, axis)
         b = a if other_axis is None else self._axis(name, other_axis)
         apart = subtract(one.position, other.position)
@@ -132,6 +136,7 @@ class Spatial(Scene):
         other_axis: Sequence[float],
     ) -> None:
         """Cardan joint: an axis of each frame, perpendicular to each other."""
+        self.looks.joint(one, other)
         a, b = self._axis(name, axis), self._axis(name, other_axis)
         apart = subtract(one.position, other.position)
         cosine = dot(one.frame.direction(*a), other.frame.direction(*b))
@@ -139,6 +144,7 @@ class Spatial(Scene):
 
     def prismatic(self, name: str, one: Point, other: Point, axis: Sequence[float]) -> None:
         """Slider: `one` moves along an axis through `other`; both frames stay parallel."""
+        self.looks.joint(one, other)
         a = self._axis(name, axis)
         apart = subtract(one.position, other.position)
         across = [dot(other.frame.direction(*b), apart) for b in perpendicular(a)]
@@ -146,6 +152,7 @@ class Spatial(Scene):
 
     def rigid(self, name: str, one: Point, other: Point) -> None:
         """Weld: the points stay together and the frames parallel (turn one with `frame`)."""
+        self.looks.joint(one, other)
         apart = subtract(one.position, other.position)
         self.model.constraint(name, [*apart, *self._aligned(one.frame, other.frame)])
 

@@ -13,7 +13,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("bouncing_ball")
     m.doc = "Rotating ball that bounces on a plane: impact, slip, rolling"
-    x, y, phi = m.coordinates("x y phi")
+    x, y, phi = m.coordinates("x y phi", units="m m rad")
     vx, vy, omega = m.velocities
     mass, R, grav, mu, e_N = m.parameters(
         mass=sg.par(1.0, unit="kg", doc="mass"),
@@ -25,7 +25,16 @@ def model() -> sg.Model:
     m.lagrangian = (
         mass / 2 * (vx**2 + vy**2) + sp.Rational(1, 5) * mass * R**2 * omega**2 - mass * grav * y
     )
-    m.contact("floor", g_N=y - R, gamma_F=vx + R * omega, mu=mu, e_N=e_N)
+    m.contact(
+        "floor",
+        g_N=y - R,
+        gamma_F=vx + R * omega,
+        mu=mu,
+        e_N=e_N,
+        at=(x, y - R),
+        normal=(0, 1),
+    )
+    m.shape([(0, 0)], normal=(0, 1))
     m.shape([(x, y)], radius=R)
     m.shape([(x, y), (x + R * sp.cos(phi), y + R * sp.sin(phi))])
     m.initial_state(q=[0, 1, 0], v=[0, 0, 50])

@@ -12,7 +12,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("box")
     m.doc = "Planar box dropped on its corners"
-    x, y, phi = m.coordinates("x y phi")
+    x, y, phi = m.coordinates("x y phi", units="m m rad")
     vx, vy, omega = m.velocities
     mass, a, b, grav, mu, e_N, e_F = m.parameters(
         mass=sg.par(1.0, unit="kg", doc="mass"),
@@ -30,10 +30,13 @@ def model() -> sg.Model:
         # Corner relative to the centre of mass, in the directions of the plane.
         r_x = c_x * sp.cos(phi) - c_y * sp.sin(phi)
         r_y = c_x * sp.sin(phi) + c_y * sp.cos(phi)
-        m.contact(name, g_N=y + r_y, gamma_F=vx - omega * r_y, mu=mu, e_N=e_N, e_F=e_F)
+        corner = (x + r_x, y + r_y)
+        laws = {"mu": mu, "e_N": e_N, "e_F": e_F}
+        m.contact(name, g_N=y + r_y, gamma_F=vx - omega * r_y, at=corner, normal=(0, 1), **laws)
         m.output(f"{name}_x", x + r_x)
-        corners.append((x + r_x, y + r_y))
+        corners.append(corner)
     m.shape(corners, closed=True)
+    m.shape([(0, 0)], normal=(0, 1))
     m.initial_state(q=[0, 0.5, 0.4], v=[0.5, 0, 1])
     m.suggest(dt=1e-2, t_end=2)
     return m

@@ -13,8 +13,8 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("box_in_space")
     m.doc = "Box in space that tumbles onto a plane"
-    r = sp.Matrix(m.coordinates("x y z"))
-    p = sp.Matrix(m.coordinates("p0 p1 p2 p3"))
+    r = sp.Matrix(m.coordinates("x y z", units="m m m"))
+    p = sp.Matrix(m.coordinates("p0 p1 p2 p3", units="quaternion " * 4))
     velocities = m.velocities
     v, p_dot = sp.Matrix(velocities[:3]), sp.Matrix(velocities[3:])
     mass, a, b, c, grav, mu, e_N = m.parameters(
@@ -46,13 +46,20 @@ def model() -> sg.Model:
     for k in range(8):
         signs = [1 if k >> j & 1 else -1 for j in range(3)]
         corner = sp.Matrix([signs[0] * a, signs[1] * b, signs[2] * c])
-        corners.append(tuple(r + A * corner))
+        place = tuple(r + A * corner)
         slip = v + A * omega.cross(corner)
-        m.contact(f"C{k}", g_N=(r + A * corner)[2], gamma_F=[slip[0], slip[1]], mu=mu, e_N=e_N)
-    for face in ((0, 1, 3, 2), (4, 5, 7, 6)):
-        m.shape([corners[k] for k in face], closed=True)
-    for k in range(4):
-        m.shape([corners[k], corners[k + 4]])
+        m.contact(
+            f"C{k}",
+            g_N=place[2],
+            gamma_F=[slip[0], slip[1]],
+            mu=mu,
+            e_N=e_N,
+            at=place,
+            normal=(0, 0, 1),
+        )
+        corners.append(place)
+    m.shape(corners, convex=True)
+    m.shape([(0, 0, 0)], normal=(0, 0, 1))
     m.initial_state(
         q=[0, 0, 0.5, sp.cos(0.2), sp.sin(0.2) * 0.6, sp.sin(0.2) * 0.8, 0],
         v=[0.3, 0, 0, 0, 0, 0, 0],

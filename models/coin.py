@@ -33,9 +33,6 @@ def model() -> sg.Model:
     world.contact("table", Ellipsoid(coin, (R, R, b)), world.plane(), mu=mu, e_N=e_N)
     m.friction("rolling", gamma_F=list(coin.spin[:2]), bound=M_roll)
     m.friction("boring", gamma_F=coin.spin[2], bound=M_bore)
-    turns = [sp.pi * k / 12 for k in range(24)]
-    rim = [coin.point(R * sp.cos(a), R * sp.sin(a), 0).position for a in turns]
-    m.shape(rim, closed=True)
     m.output("lean", sp.acos(coin.axes[2][2]))
     world.initial_state(
         q={"z": R},

@@ -14,7 +14,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("conveyor_oscillator")
     m.doc = "Mass on a conveyor belt: stick-slip limit cycle"
-    (x,) = m.coordinates("x")
+    (x,) = m.coordinates("x", units="m")
     (v,) = m.velocities
     mass, k, F_s, v_belt, delta = m.parameters(
         mass=sg.par(1.0, unit="kg", min=0, doc="mass"),
@@ -27,6 +27,11 @@ def model() -> sg.Model:
     slip = v - v_belt
     m.force([F_s * delta * slip / (1 + delta * sp.Abs(slip))])
     m.friction("belt", gamma_F=slip, bound=F_s)
+    half = sp.Rational(1, 5)
+    m.shape([(x + i * half, j * half) for i, j in ((-1, 0), (1, 0), (1, 2), (-1, 2))], closed=True)
+    m.shape([(-3, 0), (-3, 2 * half)])
+    m.shape([(-3, half), (x - half, half)])
+    m.shape([(0, 0)], normal=(0, 1))
     m.initial_state(q=[0], v=[v_belt])
     m.suggest(dt=1e-2, t_end=40)
     return m

@@ -19,7 +19,7 @@ def model() -> sg.Model:
         apart=sg.par(0.0, unit="m", min=0, doc="distance of the second and third ball"),
         e_N=sg.par(1.0, min=0, max=1, doc="restitution"),
     )
-    x = m.coordinates("x_1 x_2 x_3")
+    x = m.coordinates("x_1 x_2 x_3", units="m m m")
     world = Planar(m)
     balls = []
     for k, place in enumerate(x, start=1):
@@ -29,7 +29,7 @@ def model() -> sg.Model:
         m.shape([frame.origin], radius=R)
     for k in range(2):
         gap = x[k + 1] - x[k] - 2 * R
-        m.contact(f"c_{k + 1}", g_N=gap, e_N=e_N)
+        m.contact(f"c_{k + 1}", g_N=gap, e_N=e_N, at=(x[k] + R, 0), normal=(1, 0))
     m.initial_state(q=[0, 0.05, 0.05 + 2 * R + apart], v=[1, 0, 0])
     m.suggest(dt=1e-3, t_end=0.1)
     return m

@@ -16,7 +16,7 @@ def model(corners: int = 4) -> sg.Model:
     """Return the model with a regular polygon as section, of any number of corners."""
     m = sg.Model("prism_in_chute")
     m.doc = "Prism in a chute: slides iff tan(beta) > mu / cos(alpha)"
-    x, y, z, phi = m.coordinates("x y z phi")
+    x, y, z, phi = m.coordinates("x y z phi", units="m m m rad")
     u_x, u_y, u_z, spin = m.velocities
     mass, R, alpha, beta, grav, mu, e_N, e_F = m.parameters(
         mass=sg.par(1.0, unit="kg", min=0, doc="mass"),
@@ -51,6 +51,8 @@ def model(corners: int = 4) -> sg.Model:
                 mu=mu,
                 e_N=e_N,
                 e_F=e_F,
+                at=(x + r_x, y + r_y),
+                normal=(sign * s, c),
             )
         section.append((x + r_x, y + r_y))
     m.shape(section, closed=True)

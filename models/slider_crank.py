@@ -13,7 +13,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("slider_crank")
     m.doc = "Slider-crank whose slider has clearance between two walls"
-    q = m.coordinates("x_1 y_1 phi_1 x_2 y_2 phi_2 x_3 y_3 phi_3")
+    q = m.coordinates("x_1 y_1 phi_1 x_2 y_2 phi_2 x_3 y_3 phi_3", units=3 * "m m rad ")
     x_1, y_1, phi_1, x_2, y_2, phi_2, x_3, y_3, phi_3 = q
     v = m.velocities
     l_1, l_2, a, b, d, m_1, m_2, m_3, J_1, J_2, J_3, grav, mu, e_N = m.parameters(
@@ -63,6 +63,8 @@ def model() -> sg.Model:
             gamma_F=v[6] - v[8] * height,
             mu=mu,
             e_N=e_N,
+            at=(x_3 + c_x * c_3 - c_y * s_3, y_3 + c_x * s_3 + c_y * c_3),
+            normal=(0, -1 if upper else 1),
         )
     m.initial_state(
         q=[0.0765, 0, 0, 0.306, 0, 0, 0.459, 0, 0.017],

@@ -12,7 +12,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("slope")
     m.doc = "Point mass that slides down the slope y = exp(-x)"
-    x, y = m.coordinates("x y")
+    x, y = m.coordinates("x y", units="m m")
     vx, vy = m.velocities
     mass, grav, mu = m.parameters(
         mass=sg.par(1.0, unit="kg", doc="mass"),
@@ -22,7 +22,14 @@ def model() -> sg.Model:
     m.lagrangian = mass / 2 * (vx**2 + vy**2) - mass * grav * y
     length = sp.sqrt(1 + sp.exp(-2 * x))
     t_x, t_y = 1 / length, -sp.exp(-x) / length
-    m.contact("slope", g_N=t_x * (y - sp.exp(-x)), gamma_F=t_x * vx + t_y * vy, mu=mu)
+    m.contact(
+        "slope",
+        g_N=t_x * (y - sp.exp(-x)),
+        gamma_F=t_x * vx + t_y * vy,
+        mu=mu,
+        at=(x, y),
+        normal=(-t_y, t_x),
+    )
     # what it slid along
     m.shape([(x * k / 20, sp.exp(-x * k / 20)) for k in range(21)])
     m.shape([(x, y)], radius=sp.Rational(1, 30))

@@ -24,10 +24,6 @@ def model() -> sg.Model:
     world = Spatial(m, gravity=(grav * sp.sin(alpha), 0, -grav * sp.cos(alpha)))
     ball = world.body("ball", mass, inertia.ball(mass, R), coordinates="x y z p0 p1 p2 p3")
     world.contact("plane", Round(ball.point(), R), world.plane(), mu=mu, e_N=e_N)
-    x, _y, z = ball.origin
-    spoke = ball.direction(R, 0, 0)
-    m.shape([(x, z)], radius=R)
-    m.shape([(x, z), (x + spoke[0], z + spoke[2])])
     m.output("omega_y", ball.spin[1])
     world.initial_state(q={"z": R})
     m.suggest(dt=5e-3, t_end=1)

@@ -13,7 +13,7 @@ def model() -> sg.Model:
     """Return the model."""
     m = sg.Model("vibrating_table")
     m.doc = "Ball on a vibrating table: period doubling"
-    (y,) = m.coordinates("y")
+    (y,) = m.coordinates("y", units="m")
     (v,) = m.velocities
     mass, grav, Gamma, omega, e_N = m.parameters(
         mass=sg.par(0.05, unit="kg", min=0, doc="mass"),
@@ -24,7 +24,10 @@ def model() -> sg.Model:
     )
     table = Gamma * grav / omega**2 * sp.sin(omega * m.time)
     m.lagrangian = mass / 2 * v**2 - mass * grav * y
-    m.contact("table", g_N=y - table, e_N=e_N)
+    m.contact("table", g_N=y - table, e_N=e_N, at=(0, y), normal=(0, 1))
+    size = Gamma * grav / omega**2
+    m.shape([(0, table)], normal=(0, 1))
+    m.shape([(0, y + size / 2)], radius=size / 2)
     m.output("table_height", table)
     m.initial_state(q=[0], v=[grav / omega * sp.pi])
     m.suggest(dt=1e-4, t_end=3)

@@ -6,7 +6,7 @@ import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +17,8 @@ from signorini.runtime.arguments import as_path
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.export import COUNTS
-from signorini.runtime.files import check_ending, write_whole
+from signorini.runtime.files import check_ending, write_text, write_whole
+from signorini.runtime.screen import show_page
 
 _FORMAT = 2
 _STORED = (
@@ -302,6 +303,117 @@ class Trajectory:
         write_whole(target, writers[target.suffix])
         return target
 
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        panels: Sequence[str] | None = None,
+    ) -> Any:
+        """Draw curves over time.
+
+        Parameters
+        ----------
+        path : path, optional
+            A file to write as well: .png, .svg or .pdf.
+        panels : sequence of str, optional
+            Of ``"q"``, ``"v"`` (a panel for each unit, attitudes as angles), ``"energy"`` (with
+            what impacts have taken), ``"gaps"``, ``"forces"`` (percussions of impacts as stems),
+            ``"friction"`` (|P_F| / (mu P_N)), ``"states"``, ``"inputs"``, ``"outputs"``; by
+            default all that the model has.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        RunError
+            For a panel that there is not, or a file that cannot be written.
+        """
+        from signorini.view.plots import Plots
+
+        try:
+            figure = Plots(self).figure(panels)
+        except ValueError as error:
+            raise RunError(str(error)) from None
+        if path is not None:
+            target = as_path("the file", path)
+            check_ending(target, (".png", ".svg", ".pdf"))
+            write_whole(target, lambda file: figure.savefig(file, dpi=130))
+        return figure
+
+    def animate(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        fps: float = 30.0,
+        speed: float | None = None,
+    ) -> Path:
+        """Write the motion as a page or a film.
+
+        An ``.html`` page needs nothing but a browser: it plays, with a slider for the time, the
+        states of the contacts, contact forces and trails. In space it needs `viser` to be made, an
+        ``.mp4`` needs ffmpeg (both come with ``signorini[view]``); a ``.gif`` needs nothing more.
+        Bodies, obstacles, springs and contacts of `signorini.bodies` draw themselves, others with
+        `Model.shape` and the argument `at` of `Model.contact`.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .html, .gif or .mp4.
+        fps : float
+            Frames a second.
+        speed : float, optional
+            Model seconds a second; by default 1, or what makes the film last 3 to 20 s. The page
+            and the film say which.
+
+        Raises
+        ------
+        RunError
+            If the model draws nothing, a package is missing, the ending stands for no format, or
+            the file cannot be written.
+        """
+        from signorini.view import ink
+
+        target = as_path("the file", path)
+        check_ending(target, (".html", ".gif", ".mp4"))
+        for what, value in (("fps", fps), ("speed", 1.0 if speed is None else speed)):
+            if not (isinstance(value, (int, float)) and 0 < value < float("inf")):
+                raise RunError(f"{what} is {value!r}: give a positive number")
+        try:
+            if target.suffix == ".html":
+                write_text(target, self._page(fps, speed))
+            else:
+                motion = self._motion(fps, speed)
+                write_whole(target, lambda file: ink.film(motion, file))
+        except (ValueError, ModuleNotFoundError) as error:
+            raise RunError(str(error)) from None
+        return target
+
+    def view(self, *, fps: float = 30.0, speed: float | None = None) -> Any:
+        """Show the motion: in a notebook below the cell, else in the browser.
+
+        Raises
+        ------
+        RunError
+            If the model draws nothing, or viser is missing for a motion in space.
+        """
+        try:
+            text = self._page(fps, speed)
+        except (ValueError, ModuleNotFoundError) as error:
+            raise RunError(str(error)) from None
+        return show_page(text, self.model)
+
+    def _motion(self, fps: float, speed: float | None) -> Any:
+        from signorini.view.motion import motion
+
+        return motion(self, fps, speed)
+
+    def _page(self, fps: float, speed: float | None) -> str:
+        from signorini.view import page, space
+
+        frames = self._motion(fps, speed)
+        return page.page(frames) if frames.dimension == 2 else space.page(frames)
+
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame`: a column for every name of `keys` and the energy, indexed by t.
 
@@ -377,6 +489,23 @@ class Trajectory:
             rows.writerow(table)
             for row in zip(*(c.tolist() for c in table.values()), strict=True):
                 rows.writerow(row)
+
+    @staticmethod
+    def model_of(path: str | os.PathLike[str]) -> str:
+        """Name of the model of a run that `save` wrote.
+
+        Raises
+        ------
+        RunError
+            If the file is missing or of another kind.
+        """
+        try:
+            with np.load(as_path("the file", path), allow_pickle=False) as data:
+                return str(json.loads(str(data["about"]))["model"])
+        except FileNotFoundError:
+            raise RunError(f"there is no file {path}") from None
+        except _DAMAGE as error:
+            raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], stepper: Compiled) -> "Trajectory":

@@ -99,6 +99,16 @@ class Results:
         lines += ["| " + " | ".join(row) + " |" for row in self.table()]
         return "\n".join([*lines, "", LEGEND + ".", ""])
 
+    def to_json(self) -> str:
+        """All counts, by scene and number of stages."""
+        rows = []
+        for r in self.rows.values():
+            row: dict[str, Any] = {f.name: getattr(r, f.name) for f in fields(r)}
+            row["failures"] = [name_of(step) for step in r.failures]
+            row["iterations"] = {str(k): n for k, n in sorted(r.iterations.items())}
+            rows.append(row)
+        return json.dumps({"rows": rows}, indent=1)
+
     def save(self, folder: Path) -> None:
         """Write stress.md, stress.json and a replay file of every failed step."""
         try:
@@ -106,14 +116,7 @@ class Results:
         except OSError as error:
             raise RunError(f"cannot write into {folder}: {error.strerror}") from None
         write_text(folder / "stress.md", self.markdown())
-        rows = []
-        for r in self.rows.values():
-            row: dict[str, Any] = {f.name: getattr(r, f.name) for f in fields(r)}
-            row["failures"] = [name_of(step) for step in r.failures]
-            row["iterations"] = {str(k): n for k, n in sorted(r.iterations.items())}
-            rows.append(row)
-        text = json.dumps({"rows": rows}, indent=1)
-        write_text(folder / "stress.json", text + "\n")
+        write_text(folder / "stress.json", self.to_json() + "\n")
         for step, _ in self.verdicts:
             step.save(folder / f"{name_of(step)}.json")
 

@@ -9,14 +9,12 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-import signorini as sg
 import sympy as sp
 from signorini.codegen.derive.magnitude import magnitude
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.sx_to_sympy import to_sympy
 from signorini.codegen.frontend.validate import freeze
-from signorini.models import box, rocking_block, slope
-from signorini.picture import poses
+from signorini.models import slope
 from signorini.show import derived, latex
 from signorini.studies import growth
 from trap_models import forms, mixed_contacts, rheonomic
@@ -99,17 +97,6 @@ def test_pictures(tmp_path: Path, ink: Ink) -> None:
     wrong = command("picture", "slope", "--out", "p.txt", cwd=tmp_path)
     assert wrong.returncode == 1
     assert ".png" in wrong.stderr
-
-
-def test_poses_are_the_contact_points() -> None:
-    """Corners of the drawn block have the heights of the gaps."""
-    model = rocking_block.model()
-    traj = sg.build(model, stages=2).simulate(t_end=0.2, dt=1e-2)
-    (outline,) = poses(model, traj, {})
-    assert outline[:, 0, 1] == pytest.approx(traj["left.g_N"], abs=1e-14)
-    assert outline[:, 1, 1] == pytest.approx(traj["right.g_N"], abs=1e-14)
-    (outline,) = poses(box.model(), sg.build(box.model()).simulate(t_end=0.1, dt=1e-2), {})
-    assert outline.shape == (11, 4, 2)
 
 
 def test_growth(tmp_path: Path, ink: Ink) -> None:

@@ -10,7 +10,7 @@ import sympy as sp
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/bodies.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/bodies.md", "docs/seeing.md"])
 def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (ROOT / page).read_text(encoding="utf-8")

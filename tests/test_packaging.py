@@ -23,6 +23,8 @@ NEEDED = (
     "runtime/c/sg_real.h",
     "templates/stepper.c.jinja",
     "verify/reference.py",
+    "view/motion.py",
+    "templates/player.html.jinja",
 )
 
 

@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PARTS = (
     *("benchmarks", "bodies", "codegen", "models", "runtime", "stress", "studies", "templates"),
     "verify",
+    "view",
 )
 
 

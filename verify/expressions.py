@@ -59,6 +59,7 @@ class Expressions:
         self.n_q = len(model.q)
         contacts = model.contacts
         self.contacts = contacts
+        things = model.drawing.wanted()
         total = [0] * self.n_q
         for force in model.forces:
             total = [a + b for a, b in zip(total, force, strict=True)]
@@ -76,6 +77,7 @@ class Expressions:
             "e_N": [c.e_N for c in contacts],
             "e_F": [c.e_F for c in contacts],
             "outputs": [e for _, e in model.outputs],
+            "shapes": [x for thing in things for point in thing.points for x in point],
         }
         world = _SymPy if model.world.name == "sympy" else _CasADi
         self._world = world(model, rows, high)

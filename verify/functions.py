@@ -78,5 +78,6 @@ def reference_values(
             "WR": W @ force,
             "WR_q": slope_in(lambda *a: e.W(*a) @ force, 1),
             "outputs": e.value("outputs", *state),
+            "shapes": e.value("shapes", *state),
         }
         return {name: np.array(value, dtype=float) for name, value in values.items()}

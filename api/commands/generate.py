@@ -102,16 +102,17 @@ def check(
     sanitize
         Also run the generated example under the compiler's sanitizers.
     json
-        File for the report as JSON.
+        File for the report as JSON; --json=- prints it instead of the table.
     junit
         File for the report as JUnit XML.
     """
     from signorini.locate import find_model
     from signorini.workflow import check as compare
 
-    console = Console()
+    printed = json is not None and str(json) == "-"
+    console = Console(stderr=printed)
     for path in (json, junit):
-        if path is not None and not path.resolve().parent.is_dir():
+        if path is not None and str(path) != "-" and not path.resolve().parent.is_dir():
             raise RunError(f"there is no folder {path.resolve().parent} for {path.name}")
     chosen = find_model(model)
     with console.status("comparing") as status:
@@ -124,9 +125,12 @@ def check(
             prefix=prefix,
             progress=lambda text: status.update(f"{chosen.name}: {text}"),
         )
-    report.show(console)
+    if printed:
+        sys.stdout.write(report.to_json() + "\n")
+    else:
+        report.show(console)
     for path, text in ((json, report.to_json), (junit, report.to_junit)):
-        if path is not None:
+        if path is not None and str(path) != "-":
             path.write_text(text() + "\n", encoding="utf-8")
     if not report:
         sys.exit(1)

@@ -103,6 +103,7 @@ def bench(
     peers: Switch = False,
     store: Switch = False,
     out: Path | None = None,
+    json: Switch = False,
 ) -> None:
     """Time steps: ours with their goals, other engines beside them, instructions for regressions.
 
@@ -122,6 +123,8 @@ def bench(
         Keep the counted instructions as what later runs are compared with.
     out
         Folder for bench.md, bench.json and, with --peers, cost.png.
+    json
+        Print JSON instead of tables.
     """
     with from_source("bench"):
         from signorini.benchmarks import report
@@ -130,13 +133,16 @@ def bench(
         raise RunError(f"repeats = {repeats}: give at least 1")
     if store and not counts:
         raise RunError("--store goes with --counts")
-    console = Console()
+    console = Console(stderr=json)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     chosen = report.select(tuple(cases or ()))
     with console.status("timing") as status:
         results = report.measure(chosen, repeats, native, counts, peers, status.update)
     tables = [report.ours(results), *([report.others(results)] if peers else [])]
+    if json:
+        sys.stdout.write(results.to_json() + "\n")
+        tables = []
     for head, rows in tables:
         table = Table(box=None, padding=(0, 0, 0, 1))
         for name in head:
@@ -145,7 +151,8 @@ def bench(
         for row in rows:
             table.add_row(*row)
         console.print(table)
-    console.print(report.NOTES, style="dim", highlight=False)
+    if not json:
+        console.print(report.NOTES, style="dim", highlight=False)
     if store:
         report.store_counts(results)
     if out is not None:
@@ -166,6 +173,7 @@ def stress(
     workers: Whole | None = None,
     out: Path | None = None,
     replay: Path | None = None,
+    json: Switch = False,
 ) -> None:
     """Run scenes that break time-steppers in great numbers and judge every step.
 
@@ -189,12 +197,14 @@ def stress(
         Folder for stress.md, stress.json and files of failed steps.
     replay
         Take the failed step of this file again and examine it; run nothing else.
+    json
+        Print JSON instead of the table.
     """
     with from_source("stress"):
         from signorini.stress import report as reporting
         from signorini.stress.campaign import campaign, chosen
 
-    console = Console()
+    console = Console(stderr=json)
     if replay is not None:
         for line in reporting.replay(replay):
             console.print(line, markup=False, highlight=False, soft_wrap=True)
@@ -218,7 +228,10 @@ def stress(
         interrupted = ""
     except KeyboardInterrupt:
         interrupted = interrupted or "the table holds the runs that had ended"
-    results.show(console)
+    if json:
+        sys.stdout.write(results.to_json() + "\n")
+    else:
+        results.show(console)
     if out is not None:
         results.save(out)
         console.print(f"table, data and failed steps: {out}", markup=False, highlight=False)

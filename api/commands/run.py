@@ -1,6 +1,9 @@
 """Runs of one model."""
 
+import json as jsonlib
+import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,7 +21,7 @@ from signorini.commands.base import (
     check_file,
     pairs_of,
 )
-from signorini.runtime.errors import StepError
+from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.export import writers
 from signorini.runtime.files import check_ending
 from signorini.runtime.stepper import Stepper
@@ -42,6 +45,9 @@ def run(
     project: Switch = False,
     out: Path | None = None,
     plot: Path | None = None,
+    inputs: Pairs = None,
+    all_events: Switch = False,
+    json: Switch = False,
 ) -> None:
     """Generate C for MODEL, compile it, run it, show the result.
 
@@ -67,12 +73,20 @@ def run(
         File for the trajectory: .npz (all that is known), .csv or .parquet (a table), .nc (netCDF).
     plot
         File for a plot, e.g. run.png.
+    inputs
+        Inputs that are held, NAME=VALUE ..., or one FILE.py:FUNCTION of (t, q, v); the others are
+        zero. By default what the model suggests.
+    all_events
+        Print all events of contacts, not only the first twelve.
+    json
+        Print JSON instead of tables: model, scheme, start, end, events, energy, work.
     """
     from signorini import report
     from signorini.locate import find_model
     from signorini.workflow import build
 
-    console = Console()
+    console = Console(stderr=json)
+    notes = Console(stderr=True)
     if out is not None:
         check_ending(out, (".npz", ".csv", *writers()))
         check_file(out)
@@ -85,11 +99,11 @@ def run(
         chosen = find_model(model)
         stepper = build(chosen, **built.keywords())
     chosen_grid = grid.over(chosen.suggested)
+    if inputs:
+        chosen_grid["inputs"] = _inputs(inputs, stepper.manifest["inputs"])
     if stepper.manifest["inputs"] and chosen_grid["inputs"] is None:
         names = ", ".join(stepper.manifest["inputs"])
-        console.print(
-            f"note: the inputs {names} stay zero: the model suggests none", style="yellow"
-        )
+        notes.print(f"note: the inputs {names} stay zero: the model suggests none", style="yellow")
     q, v = _start(stepper, parameters, start_q, start_v, project)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -107,13 +121,34 @@ def run(
             every=every,
         )
     for warning in caught:
-        console.print(f"note: {warning.message}", style="yellow", markup=False, highlight=False)
-    report.show(console, traj)
+        notes.print(f"note: {warning.message}", style="yellow", markup=False, highlight=False)
+    if json:
+        sys.stdout.write(jsonlib.dumps(report.summary(traj), indent=1) + "\n")
+    else:
+        report.show(console, traj, len(traj.events) if all_events else 12)
     if out is not None:
         console.print(f"trajectory: {traj.save(out)}", markup=False, highlight=False)
     if plot is not None:
-        report.plot(traj, plot)
+        traj.plot(plot)
         console.print(f"plot: {plot}", markup=False, highlight=False)
+
+
+def _inputs(words: list[str], names: list[str]) -> Callable[..., Any]:
+    """Inputs from the command line: constants by name, or a function of a file."""
+    if len(words) == 1 and "=" not in words[0]:
+        from signorini.locate import find_function
+
+        function: Callable[..., Any] = find_function(words[0])
+        return function
+    values = pairs_of("--inputs", words)
+    for name in values:
+        if name not in names:
+            raise RunError(
+                f"--inputs {name}: there is no such input; "
+                + (f"there are: {', '.join(names)}" if names else "the model has none")
+            )
+    held = [values.get(name, 0.0) for name in names]
+    return lambda t, q, v: held
 
 
 def _start(

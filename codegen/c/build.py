@@ -246,6 +246,7 @@ class _Builder:
             sizes=self.sizes,
             coordinates=data.coordinates,
             velocities=data.velocities,
+            units=data.units,
             inputs=data.inputs,
             parameters=data.parameters,
             defaults=tuple(number(p.default) for p in data.parameters),
@@ -253,6 +254,7 @@ class _Builder:
             gamma_blocks=data.gamma_blocks,
             contacts=tuple(contact_rows(data, plan.guarded)),
             outputs=tuple(name for name, _ in data.outputs),
+            shapes=data.shapes,
             statuses=STATUSES,
             structs=self.structs,
             functions=functions,
@@ -429,5 +431,6 @@ def _model_hash(
     functions: tuple[CFunction, ...], data: ModelData, curves: tuple[CTable, ...]
 ) -> str:
     """Content hash of what the model says, independent of its source text."""
-    text = repr((functions, data.coordinates, data.parameters, data.inputs, curves))
+    what = tuple(f for f in functions if f.name != "shapes")  # a look changes no motion
+    text = repr((what, data.coordinates, data.parameters, data.inputs, curves))
     return hashlib.sha256(text.encode()).hexdigest()

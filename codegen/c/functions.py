@@ -9,7 +9,7 @@ import casadi as ca
 from signorini.codegen.c import refs
 from signorini.codegen.c.loops import Entry
 from signorini.codegen.c.printer import Precision, statements
-from signorini.codegen.derive.quantities import QUANTITIES, Derivation
+from signorini.codegen.derive.quantities import MATRICES, QUANTITIES, Derivation
 from signorini.codegen.graph import Graph, Known, Operations
 from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point, Ref
 
@@ -189,7 +189,7 @@ class FunctionWriter:
     def shape_of(self, name: str) -> tuple[int, ...]:
         """Shape of a model function: a vector's has one number."""
         rows, columns = self.d[name].shape
-        is_vector = name in QUANTITIES and not name.startswith("W_")
+        is_vector = name in QUANTITIES and name not in MATRICES
         return (rows,) if is_vector else (rows, columns)
 
     def point_function(self, point: Point) -> CFunction:

@@ -126,6 +126,7 @@ class EmitSpec:
     sizes: Sizes
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
+    units: tuple[str, ...]
     inputs: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     defaults: tuple[str, ...]
@@ -133,6 +134,7 @@ class EmitSpec:
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[ContactRow, ...]
     outputs: tuple[str, ...]
+    shapes: tuple[tuple[str, str, int], ...]
     statuses: tuple[tuple[str, str], ...]
     structs: tuple[Struct, ...]
     functions: tuple[CFunction, ...]

@@ -38,4 +38,5 @@ PUBLIC: tuple[tuple[str, str], ...] = (
     ("WR", "tqR"),
     ("WR_q", "tqR"),
     ("outputs", "tqvu"),
+    ("shapes", "tq"),
 )

@@ -44,6 +44,7 @@ QUANTITIES: dict[str, Quantity] = {
     "gamma_F": Quantity("gamma_F = W_F^T v + chi_F", "slip velocities"),
     "bound": Quantity("bound(t, q, u)", "largest forces of the friction elements"),
     "outputs": Quantity("outputs", "the model's named outputs"),
+    "shapes": Quantity("shapes(t, q)", "points of what is drawn, a row each"),
     "W_g": Quantity("W_g = (dg/dq)^T  (14)", "force directions of the position constraints"),
     "W_gamma": Quantity("W_gamma = (dgamma/dv)^T  (14)", "directions of the velocity constraints"),
     "W_N": Quantity("W_N = (dg_N/dq)^T", "normal force directions"),
@@ -62,6 +63,9 @@ QUANTITIES: dict[str, Quantity] = {
     "e_F": Quantity("e_F", "tangential restitution"),
     "guard": Quantity("guard(t, q) >= 0", "whether a contact exists"),
 }
+
+# The others are columns.
+MATRICES = frozenset({"W_g", "W_gamma", "W_N", "W_F", "W", "shapes"})
 
 
 class Derivation:
@@ -178,6 +182,9 @@ class Derivation:
 
     def _bound(self) -> ca.SX:
         return self._column([c.bound for c in self.data.contacts if c.bound is not None])
+
+    def _shapes(self) -> ca.SX:
+        return self.data.places
 
     def _outputs(self) -> ca.SX:
         return self._column([expr for _, expr in self.data.outputs])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
+from signorini.codegen.frontend.drawing import Drawing
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.names import check_identifier, split_names
 from signorini.codegen.frontend.symbols import CasADi, SymPy, World, is_number, par
@@ -36,15 +37,6 @@ class ContactDeclaration:
     @property
     def kind(self) -> str:
         return "friction" if self.g_N is None else "contact"
-
-
-@dataclass(frozen=True)
-class Shape:
-    """What `Model.shape` was called with: for pictures only."""
-
-    points: tuple[tuple[Any, ...], ...]
-    closed: bool
-    radius: Any
 
 
 class Model:
@@ -89,6 +81,7 @@ class Model:
         self.world: World = worlds[symbols]()
         self.doc = ""
         self.coordinate_names: list[str] = []
+        self.coordinate_units: list[str] = []
         self.velocity_names: list[str] = []
         self.parameter_table: dict[str, par] = {}
         self.input_names: list[str] = []
@@ -104,7 +97,7 @@ class Model:
         self.contacts: list[ContactDeclaration] = []
         self.outputs: list[tuple[str, Any]] = []
         self.start: dict[str, Any] | None = None
-        self.shapes: list[Shape] = []
+        self.drawing = Drawing()
         self.suggested: dict[str, Any] = {}
         self._taken: dict[str, str] = {"t": "symbol, the time"}
         self._t = self.world.symbol("t")
@@ -124,7 +117,9 @@ class Model:
 
     # --- symbols ---------------------------------------------------------------------------------
 
-    def coordinates(self, names: str, velocities: str | None = None) -> tuple[Any, ...]:
+    def coordinates(
+        self, names: str, velocities: str | None = None, *, units: str | None = None
+    ) -> tuple[Any, ...]:
         """Declare generalized coordinates q and their velocities v.
 
         Parameters
@@ -133,6 +128,8 @@ class Model:
             Names separated by spaces or commas, ``"x y phi"``. Several calls add up.
         velocities : str, optional
             As many names for the velocities; ``x_dot`` ... by default.
+        units : str, optional
+            A unit for each name, ``"m m rad"``: plots get a panel for each unit.
 
         Returns
         -------
@@ -155,6 +152,14 @@ class Model:
                 f"{len(q_names)} coordinates but {len(v_names)} velocities",
                 "Give one velocity name for each coordinate",
             )
+        q_units = [""] * len(q_names) if units is None else str(units).replace(",", " ").split()
+        if len(q_units) != len(q_names):
+            raise ModelError(
+                self.name,
+                what,
+                f"{len(q_names)} coordinates but {len(q_units)} units",
+                'Give one unit for each coordinate, e.g. units="m m rad"',
+            )
         for name in q_names:
             self._claim(name, "coordinate")
         for name in v_names:
@@ -163,6 +168,7 @@ class Model:
         self.q.extend(symbols)
         self.v.extend(self.world.symbol(name) for name in v_names)
         self.coordinate_names += q_names
+        self.coordinate_units += q_units
         self.velocity_names += v_names
         return symbols
 
@@ -258,6 +264,8 @@ class Model:
         e_F: Any = 0,
         guard: Any = None,
         never: Mapping[str, str] | None = None,
+        at: Sequence[Any] | None = None,
+        normal: Sequence[Any] | None = None,
     ) -> None:
         """Add a unilateral contact with Newton impacts and Coulomb friction.
 
@@ -283,6 +291,9 @@ class Model:
             `signorini.check` does not ask for them, repeats the reason, and fails if it sees one.
             Kinds are open, impacting, separating, persisting, sticking, slipping, guard on,
             guard off.
+        at, normal : sequences of 2 or 3 expressions of t, q and parameters, optional
+            For pictures: where the contact is [m], and the unit vector along which the force of
+            P_N acts there.
 
         Raises
         ------
@@ -303,6 +314,16 @@ class Model:
                         "Give gamma_F, or leave out mu and e_F for a frictionless contact",
                     )
         self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
+        if at is not None:
+            tips = [] if normal is None else [[a + b for a, b in zip(at, normal, strict=True)]]
+            self.drawing.add("contact", [tuple(at), *map(tuple, tips)], name)
+        elif normal is not None:
+            raise ModelError(
+                self.name,
+                f"contact '{name}'",
+                "has a normal but no place",
+                "Give at=..., where the normal starts",
+            )
 
     def friction(
         self, name: str, *, gamma_F: Any, bound: Any, never: Mapping[str, str] | None = None
@@ -355,20 +376,44 @@ class Model:
         }
 
     def shape(
-        self, points: Sequence[Sequence[Any]], *, closed: bool = False, radius: Any = None
+        self,
+        points: Sequence[Sequence[Any]],
+        *,
+        closed: bool = False,
+        radius: Any = None,
+        convex: bool = False,
+        normal: Sequence[Any] | None = None,
     ) -> None:
-        """Add a line through points, or circles around them, to pictures of the model.
+        """Add a line through points, or what the options say, to pictures of the model.
 
         Parameters
         ----------
         points : sequence of points with 2 or 3 expressions of t, q and parameters
             [m]
         closed : bool
-            Join the last point to the first.
+            Join the last point to the first: in the plane an area.
         radius : expression of parameters, optional
             Draw circles of this radius around the points instead.
+        convex : bool
+            Draw the convex body whose corners they are, in any order.
+        normal : sequence of 2 or 3 expressions, optional
+            Draw the ground instead: a plane through each point, free on the side of this unit
+            vector.
         """
-        self.shapes.append(Shape(tuple(tuple(p) for p in points), closed, radius))
+        places = [tuple(p) for p in points]
+        if normal is not None:
+            for place in places:
+                tip = tuple(a + b for a, b in zip(place, normal, strict=True))
+                self.drawing.add("plane", [place, tip], by_hand=True)
+            return
+        if convex:
+            self.drawing.add("hull", places, f"body {len(self.drawing.things)}", by_hand=True)
+            return
+        if radius is None:
+            self.drawing.add("area" if closed else "line", places, by_hand=True)
+            return
+        for x, *rest in places:
+            self.drawing.add("circle", [(x, *rest), (x + radius, *rest)], by_hand=True)
 
     def suggest(self, *, dt: float, t_end: float, inputs: Any = None) -> None:
         """Suggest arguments of ``Stepper.simulate``: the defaults of ``signorini run``.

@@ -69,6 +69,8 @@ class ModelData:
     """A validated model in one representation.
 
     `t`, `q`, `v`, `u`, `par` are columns of SX symbols; every expression depends on them alone.
+    `units` are those of the coordinates, empty where none were given.
+    `shapes` has kind, name and number of points of what is drawn, `places` the points in rows.
     """
 
     name: str
@@ -80,6 +82,7 @@ class ModelData:
     par: ca.SX
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
+    units: tuple[str, ...]
     inputs: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     L: ca.SX
@@ -90,6 +93,8 @@ class ModelData:
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[Contact, ...]
     outputs: tuple[tuple[str, ca.SX], ...]
+    shapes: tuple[tuple[str, str, int], ...]
+    places: ca.SX
     tables: tuple[tuple[str, Table], ...]
     q0: ca.SX
     v0: ca.SX

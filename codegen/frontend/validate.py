@@ -66,6 +66,7 @@ class _Freezer:
                 self.name, "lagrangian", "it is missing", "Assign m.lagrangian = T - V"
             )
         L = self.scalar("the Lagrangian L", model.L, "tqvp", smooth=True)
+        shapes, places = self.drawing()
         data = ModelData(
             name=self.name,
             symbols=model.world.name,
@@ -76,6 +77,7 @@ class _Freezer:
             par=self.par,
             coordinates=tuple(model.coordinate_names),
             velocities=tuple(model.velocity_names),
+            units=tuple(model.coordinate_units),
             inputs=tuple(model.input_names),
             parameters=tuple(
                 Parameter(
@@ -98,6 +100,8 @@ class _Freezer:
             outputs=tuple(
                 (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
             ),
+            shapes=shapes,
+            places=places,
             tables=(),
             doc=model.doc,
             dt=model.suggested.get("dt", 1e-3),
@@ -183,6 +187,25 @@ class _Freezer:
                 "Give every table a name of its own",
             )
         self.tables.append((name, taken))
+
+    def drawing(self) -> tuple[tuple[tuple[str, str, int], ...], ca.SX]:
+        """What is drawn: kinds, names and counts, and all points in rows."""
+        things = self.model.drawing.wanted()
+        points = [(thing, point) for thing in things for point in thing.points]
+        dimensions = sorted({len(point) for _, point in points})
+        rows = []
+        for thing, point in points:
+            what = f"the drawing of '{thing.name}'" if thing.name else "shape"
+            if len(point) not in (2, 3) or len(dimensions) > 1:
+                raise ModelError(
+                    self.name,
+                    what,
+                    f"has points of {' and '.join(map(str, dimensions))} components",
+                    "Give all points of a model two components, or all three",
+                )
+            rows.append(ca.horzcat(*(self.scalar(what, x, "tqp") for x in point)))
+        shapes = tuple((thing.kind, thing.name, len(thing.points)) for thing in things)
+        return shapes, ca.vertcat(*rows) if rows else ca.SX(0, 2)
 
     def force(self) -> ca.SX:
         total = ca.SX.zeros(len(self.model.q), 1)

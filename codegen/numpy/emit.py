@@ -8,7 +8,7 @@ from pathlib import Path
 
 import jinja2
 from signorini.codegen.derive.public import PUBLIC
-from signorini.codegen.derive.quantities import QUANTITIES, Derivation
+from signorini.codegen.derive.quantities import MATRICES, QUANTITIES, Derivation
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
 from signorini.codegen.graph import Graph, Operations
@@ -91,7 +91,7 @@ def _function(d: Derivation, name: str, arguments: str) -> NumpyFunction:
     data = d.data
     value = d[name]
     rows, columns = value.shape
-    is_vector = name in QUANTITIES and not name.startswith("W_")
+    is_vector = name in QUANTITIES and name not in MATRICES
     sparsity = value.sparsity()
     places = list(zip(sparsity.row(), sparsity.get_col(), strict=True))
     entries = [value.nz[k] for k in range(value.nnz())]

@@ -5110,7 +5110,7 @@ bouncing_ball_meta_data bouncing_ball_meta(void) {
     meta.precision = "double";
     meta.model_hash = "43f7eb184276b679abbb1586ffe83f38662de7c836b58402e0b26cd18130360b";
     meta.runtime_hash = "903348678e5562e109dfd71333128eeb2cde979359258d7a7e43ba4a0741f10a";
-    meta.manifest_hash = "5a177f2d60d67d648714fa304ef169b22ec477d173be30484c3fbb584d499851";
+    meta.manifest_hash = "92dae33760a27ae0a5ae03493ca009cdd82aa2760d63a84d749a1dde92af3ff9";
     meta.stages = 3;
     meta.size_params = (int)sizeof(bouncing_ball_params);
     meta.size_options = (int)sizeof(bouncing_ball_options);

@@ -528,6 +528,10 @@ void bouncing_ball_WR(
 void bouncing_ball_WR_q(
     bouncing_ball_real t, const bouncing_ball_real q[], const bouncing_ball_real R[], const
     bouncing_ball_params *par, bouncing_ball_real out[]);
+/* shapes(t, q): 8 x 2 */
+void bouncing_ball_shapes(
+    bouncing_ball_real t, const bouncing_ball_real q[], const bouncing_ball_params *par,
+    bouncing_ball_real out[]);
 
 #ifdef __cplusplus
 }

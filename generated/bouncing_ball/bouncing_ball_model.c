@@ -722,6 +722,35 @@ void bouncing_ball_WR_q(
 }
 
 
+/* shapes: points of what is drawn, a row each; 10 operations */
+void bouncing_ball_shapes(
+    real t, const real q[], const bouncing_ball_params *par, real out[]) {
+    const real x = q[0];
+    const real y = q[1];
+    const real phi = q[2];
+    const real R_ = par->R;
+    (void)(t);
+
+    /* shapes(t, q) */
+    out[0] = x; /* [0][0] */
+    out[1] = y - R_; /* [0][1] */
+    out[2] = x; /* [1][0] */
+    out[3] = 1.0 + y - R_; /* [1][1] */
+    out[4] = 0.0; /* [2][0] */
+    out[5] = 0.0; /* [2][1] */
+    out[6] = 0.0; /* [3][0] */
+    out[7] = 1.0; /* [3][1] */
+    out[8] = x; /* [4][0] */
+    out[9] = y; /* [4][1] */
+    out[10] = x + R_; /* [5][0] */
+    out[11] = y; /* [5][1] */
+    out[12] = x; /* [6][0] */
+    out[13] = y; /* [6][1] */
+    out[14] = x + R_ * cos(phi); /* [7][0] */
+    out[15] = y + R_ * sin(phi); /* [7][1] */
+}
+
+
 /* bilateral_directions; 0 operations */
 static void bouncing_ball_bilateral_directions(
     real t, const real q[], const bouncing_ball_params *par, real out[]) {

@@ -7443,7 +7443,7 @@ slider_crank_meta_data slider_crank_meta(void) {
     meta.precision = "double";
     meta.model_hash = "c7e40cc9cec580507c54cd5e77123cc9f71e633edabf7079b77e515d6c539d47";
     meta.runtime_hash = "903348678e5562e109dfd71333128eeb2cde979359258d7a7e43ba4a0741f10a";
-    meta.manifest_hash = "5f5988ae73eebdf3a33b9584ab8a7da88f649985d324d38832f442d9e4efbb5a";
+    meta.manifest_hash = "612436bf43125cb996ead35374de6202bd8cb1310679768c374e3e9a2e4f42e1";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slider_crank_params);
     meta.size_options = (int)sizeof(slider_crank_options);

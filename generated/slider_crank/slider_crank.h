@@ -592,6 +592,10 @@ void slider_crank_WR(
 void slider_crank_WR_q(
     slider_crank_real t, const slider_crank_real q[], const slider_crank_real R[], const
     slider_crank_params *par, slider_crank_real out[]);
+/* shapes(t, q): 20 x 2 */
+void slider_crank_shapes(
+    slider_crank_real t, const slider_crank_real q[], const slider_crank_params *par,
+    slider_crank_real out[]);
 
 #ifdef __cplusplus
 }

@@ -1017,6 +1017,91 @@ void slider_crank_WR_q(
 }
 
 
+/* shapes: points of what is drawn, a row each; 47 operations */
+void slider_crank_shapes(
+    real t, const real q[], const slider_crank_params *par, real out[]) {
+    const real phi_1 = q[2];
+    const real x_2 = q[3];
+    const real y_2 = q[4];
+    const real phi_2 = q[5];
+    const real x_3 = q[6];
+    const real y_3 = q[7];
+    const real phi_3 = q[8];
+    const real l_1 = par->l_1;
+    const real l_2 = par->l_2;
+    const real a = par->a;
+    const real b = par->b;
+    const real d = par->d;
+
+    /* common terms */
+    const real cos_phi_3 = cos(phi_3);
+    const real w0 = a * cos_phi_3;
+    const real sin_phi_3 = sin(phi_3);
+    const real w1 = b * sin_phi_3;
+    const real w2 = x_3 - w0 - w1;
+    const real w3 = cos_phi_3 * b;
+    const real w4 = a * sin_phi_3;
+    const real w5 = y_3 + w3 - w4;
+    const real w6 = x_3 + w0;
+    const real w7 = w6 - w1;
+    const real w8 = y_3 + w4;
+    const real w9 = w3 + w8;
+    const real w10 = w1 + w6;
+    const real w11 = w8 - w3;
+    const real w12 = x_3 + w1 - w0;
+    const real w13 = y_3 - w4 - w3;
+    const real w14 = l_2 - a - l_1;
+    const real w15 = 0.5 * d;
+    const real w16 = -w15;
+    const real w17 = l_2 + (l_1 + a);
+    const real w18 = y_3 - 1.0;
+    const real w19 = 1.0 + y_3;
+    (void)(t);
+
+    /* shapes(t, q) */
+    out[0] = 0.0; /* [0][0] */
+    out[1] = 0.0; /* [0][1] */
+    out[2] = l_1 * cos(phi_1); /* [1][0] */
+    out[3] = l_1 * sin(phi_1); /* [1][1] */
+    out[4] = x_2 - 0.5 * (l_2 * cos(phi_2)); /* [2][0] */
+    out[5] = y_2 - 0.5 * (l_2 * sin(phi_2)); /* [2][1] */
+    out[6] = x_3; /* [3][0] */
+    out[7] = y_3; /* [3][1] */
+    out[8] = w2; /* [4][0] */
+    out[9] = w5; /* [4][1] */
+    out[10] = w7; /* [5][0] */
+    out[11] = w9; /* [5][1] */
+    out[12] = w10; /* [6][0] */
+    out[13] = w11; /* [6][1] */
+    out[14] = w12; /* [7][0] */
+    out[15] = w13; /* [7][1] */
+    out[16] = w14; /* [8][0] */
+    out[17] = w16; /* [8][1] */
+    out[18] = w17; /* [9][0] */
+    out[19] = w16; /* [9][1] */
+    out[20] = w14; /* [10][0] */
+    out[21] = w15; /* [10][1] */
+    out[22] = w17; /* [11][0] */
+    out[23] = w15; /* [11][1] */
+    out[24] = w2; /* [12][0] */
+    out[25] = w5; /* [12][1] */
+    out[26] = w2; /* [13][0] */
+    out[27] = w3 + w18 - w4; /* [13][1] */
+    out[28] = w7; /* [14][0] */
+    out[29] = w9; /* [14][1] */
+    out[30] = w7; /* [15][0] */
+    out[31] = w3 + (w4 + w18); /* [15][1] */
+    out[32] = w12; /* [16][0] */
+    out[33] = w13; /* [16][1] */
+    out[34] = w12; /* [17][0] */
+    out[35] = w19 - w4 - w3; /* [17][1] */
+    out[36] = w10; /* [18][0] */
+    out[37] = w11; /* [18][1] */
+    out[38] = w10; /* [19][0] */
+    out[39] = w4 + w19 - w3; /* [19][1] */
+}
+
+
 /* bilateral_directions; 12 operations */
 static void slider_crank_bilateral_directions(
     real t, const real q[], const slider_crank_params *par, real out[]) {

@@ -5258,7 +5258,7 @@ slope_meta_data slope_meta(void) {
     meta.precision = "double";
     meta.model_hash = "4319c6341235f6fa402099f4be59025467250be17e71690902519c3ad2b2a150";
     meta.runtime_hash = "903348678e5562e109dfd71333128eeb2cde979359258d7a7e43ba4a0741f10a";
-    meta.manifest_hash = "dee5d9a7cc7ebda449b87bea04196f47766321cea8ed3f160d247aa8dccd24e5";
+    meta.manifest_hash = "b065a62966e37ddba69e0f7fcc95ca57dedaabad08c832242c9fe4918f36c89e";
     meta.stages = 3;
     meta.size_params = (int)sizeof(slope_params);
     meta.size_options = (int)sizeof(slope_options);

@@ -531,6 +531,9 @@ void slope_WR(
 void slope_WR_q(
     slope_real t, const slope_real q[], const slope_real R[], const slope_params *par,
     slope_real out[]);
+/* shapes(t, q): 25 x 2 */
+void slope_shapes(
+    slope_real t, const slope_real q[], const slope_params *par, slope_real out[]);
 
 #ifdef __cplusplus
 }

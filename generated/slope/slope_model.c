@@ -759,6 +759,93 @@ void slope_WR_q(
 }
 
 
+/* shapes: points of what is drawn, a row each; 54 operations */
+void slope_shapes(real t, const real q[], const slope_params *par, real out[]) {
+    const real x = q[0];
+    const real y = q[1];
+
+    /* common terms */
+    const real w0 = exp(-x);
+    const real w1 = 1.0 / sqrt(1.0 + w0 * w0);
+    const real w2 = x / 20.0;
+    const real w3 = x / 10.0;
+    const real w4 = 3.0 * x;
+    const real w5 = w4 / 20.0;
+    const real w6 = x / 5.0;
+    const real w7 = 0.25 * x;
+    const real w8 = w4 / 10.0;
+    const real w9 = 7.0 * x;
+    const real w10 = w9 / 20.0;
+    const real w11 = 2.0 * w6;
+    const real w12 = 9.0 * x;
+    const real w13 = w12 / 20.0;
+    const real w14 = 0.5 * x;
+    const real w15 = 11.0 * x / 20.0;
+    const real w16 = w4 / 5.0;
+    const real w17 = 13.0 * x / 20.0;
+    const real w18 = w9 / 10.0;
+    const real w19 = 0.25 * w4;
+    const real w20 = 4.0 * w6;
+    const real w21 = 17.0 * x / 20.0;
+    const real w22 = w12 / 10.0;
+    const real w23 = 19.0 * x / 20.0;
+    (void)(t);
+    (void)(par);
+
+    /* shapes(t, q) */
+    out[0] = x; /* [0][0] */
+    out[1] = y; /* [0][1] */
+    out[2] = x + w0 * w1; /* [1][0] */
+    out[3] = y + w1; /* [1][1] */
+    out[4] = 0.0; /* [2][0] */
+    out[5] = 1.0; /* [2][1] */
+    out[6] = w2; /* [3][0] */
+    out[7] = exp(-w2); /* [3][1] */
+    out[8] = w3; /* [4][0] */
+    out[9] = exp(-w3); /* [4][1] */
+    out[10] = w5; /* [5][0] */
+    out[11] = exp(-w5); /* [5][1] */
+    out[12] = w6; /* [6][0] */
+    out[13] = exp(-w6); /* [6][1] */
+    out[14] = w7; /* [7][0] */
+    out[15] = exp(-w7); /* [7][1] */
+    out[16] = w8; /* [8][0] */
+    out[17] = exp(-w8); /* [8][1] */
+    out[18] = w10; /* [9][0] */
+    out[19] = exp(-w10); /* [9][1] */
+    out[20] = w11; /* [10][0] */
+    out[21] = exp(-w11); /* [10][1] */
+    out[22] = w13; /* [11][0] */
+    out[23] = exp(-w13); /* [11][1] */
+    out[24] = w14; /* [12][0] */
+    out[25] = exp(-w14); /* [12][1] */
+    out[26] = w15; /* [13][0] */
+    out[27] = exp(-w15); /* [13][1] */
+    out[28] = w16; /* [14][0] */
+    out[29] = exp(-w16); /* [14][1] */
+    out[30] = w17; /* [15][0] */
+    out[31] = exp(-w17); /* [15][1] */
+    out[32] = w18; /* [16][0] */
+    out[33] = exp(-w18); /* [16][1] */
+    out[34] = w19; /* [17][0] */
+    out[35] = exp(-w19); /* [17][1] */
+    out[36] = w20; /* [18][0] */
+    out[37] = exp(-w20); /* [18][1] */
+    out[38] = w21; /* [19][0] */
+    out[39] = exp(-w21); /* [19][1] */
+    out[40] = w22; /* [20][0] */
+    out[41] = exp(-w22); /* [20][1] */
+    out[42] = w23; /* [21][0] */
+    out[43] = exp(-w23); /* [21][1] */
+    out[44] = x; /* [22][0] */
+    out[45] = w0; /* [22][1] */
+    out[46] = x; /* [23][0] */
+    out[47] = y; /* [23][1] */
+    out[48] = 0.03333333333333333 + x; /* [24][0] */
+    out[49] = y; /* [24][1] */
+}
+
+
 /* bilateral_directions; 0 operations */
 static void slope_bilateral_directions(
     real t, const real q[], const slope_params *par, real out[]) {

@@ -1,0 +1,68 @@
+"""A first file of one's own."""
+
+import keyword
+import re
+from pathlib import Path
+from typing import Literal
+
+import jinja2
+from rich.console import Console
+from signorini.commands.base import Switch, app, check_file
+from signorini.runtime.errors import RunError
+from signorini.runtime.files import write_text
+
+# Which text each kind starts from.
+_TEXTS = {
+    "plane": "new_plane.py.jinja",
+    "space": "new_space.py.jinja",
+    "lagrangian": "new_lagrangian.py.jinja",
+    "casadi": "new_lagrangian.py.jinja",
+}
+
+
+@app.command
+def new(
+    file: Path,
+    *,
+    kind: Literal["plane", "space", "lagrangian", "casadi"] = "plane",
+    force: Switch = False,
+) -> None:
+    """Write a small model that runs, to be changed into one's own.
+
+    Parameters
+    ----------
+    file
+        The file to write, ending in .py; its name becomes the model's.
+    kind
+        plane, space: bodies, joints and contacts without a Lagrangian; lagrangian: coordinates and
+        a Lagrangian in SymPy; casadi: the same in CasADi.
+    force
+        Replace a file that is there.
+    """
+    name = file.stem
+    if file.suffix != ".py":
+        raise RunError(f"{file}: give a name that ends in .py")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or keyword.iskeyword(name):
+        raise RunError(
+            f"{file}: '{name}' cannot be a model's name: use letters, digits and underscores"
+        )
+    check_file(file)
+    if file.exists() and not force:
+        raise RunError(f"{file} is there already: choose another name, or add --force")
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("signorini.templates", ""),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        autoescape=False,
+        keep_trailing_newline=True,
+    )
+    text = environment.get_template(_TEXTS[kind]).render(name=name, file=file.name, kind=kind)
+    write_text(file, text)
+    out = Console()
+    for line in (
+        f"{file}: a model that runs. Next:",
+        f"  signorini run {file}",
+        f"  signorini view {file}",
+        f"  signorini check {file}",
+    ):
+        out.print(line, markup=False, highlight=False)

@@ -1,0 +1,110 @@
+"""What a scene looks like: bodies, obstacles, springs and contacts tell the model's drawing."""
+
+from typing import Any
+
+from signorini.bodies.algebra import Vector, add, scale
+from signorini.bodies.frames import Frame, Point
+from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
+from signorini.codegen.frontend.drawing import Drawing, Drawn
+
+_SAMPLES = 40  # intervals of a curve
+
+
+class Looks:
+    """Draws what a scene is told of.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        Of the model.
+    """
+
+    def __init__(self, drawing: Drawing) -> None:
+        self._drawing = drawing
+        self._hulls: dict[int, Drawn] = {}
+        self._seen: set[tuple[Any, ...]] = set()
+
+    def body(self, frame: Frame) -> None:
+        """A body is the hull of its points, unless something better is known."""
+        self._hulls[id(frame)] = self._drawing.add("hull", [frame.origin], frame.name)
+        self._first("hull", frame, frame.point().place)
+
+    def dot(self, name: str, at: Point) -> None:
+        """A point mass."""
+        self._drawing.add("dot", [at.position], name)
+
+    def spring(self, one: Point, other: Point) -> None:
+        """A spring between two points."""
+        self._on_bodies(one, other)
+        self._drawing.add("spring", [one.position, other.position])
+
+    def line(self, one: Point, other: Point) -> None:
+        """A cylinder, an actuator, a rope between two points."""
+        self._on_bodies(one, other)
+        self._drawing.add("line", [one.position, other.position])
+
+    def joint(self, one: Point, other: Point) -> None:
+        """A joint of two points."""
+        self._on_bodies(one, other)
+        self._drawing.add("pin", [one.position])
+
+    def polygon(self, corners: Any) -> None:
+        """A polygon fixed to a frame."""
+        frame = corners[0].frame
+        if self._first("area", frame, *(c.place for c in corners)):
+            self._drawing.add("area", [c.position for c in corners], frame.name)
+
+    def contact(self, name: str, place: Vector, normal: Vector, directions: Any) -> None:
+        """Where a contact is, its normal and the directions of its slip."""
+        tips = [add(place, arm) for arm in (normal, *directions)]
+        self._drawing.add("contact", [place, *tips], name)
+
+    def touching(self, one: Any, other: Any) -> None:
+        """Both things of a contact."""
+        for thing in (one, other):
+            if isinstance(thing, Point):
+                self._on_bodies(thing)
+            elif isinstance(thing, Round):
+                self._round(thing.center, (thing.radius,) * len(thing.center.position))
+            elif isinstance(thing, Ellipsoid):
+                self._round(thing.frame.point(), thing.semi_axes)
+            elif isinstance(thing, Plane):
+                at = thing.point.position
+                if self._first("plane", thing.point.frame, thing.point.place, thing.normal):
+                    self._drawing.add("plane", [at, add(at, thing.normal)], thing.point.frame.name)
+            elif isinstance(thing, Edge):
+                ends = [thing.start.position, thing.end.position]
+                if self._first("edge", thing.start.frame, thing.start.place, thing.end.place):
+                    self._drawing.add("line", ends, thing.start.frame.name)
+        if isinstance(one, Point) and isinstance(other, Surface):
+            self._curve(one, other)
+
+    def _round(self, center: Point, semi_axes: Vector) -> None:
+        frame = center.frame
+        if self._first("round", frame, center.place, semi_axes):
+            axes = zip(semi_axes, zip(*frame.axes, strict=True), strict=True)
+            ends = [add(center.position, scale(size, axis)) for size, axis in axes]
+            self._drawing.add("round", [center.position, *ends], frame.name)
+
+    def _curve(self, point: Point, surface: Surface) -> None:
+        """The graph of a function around a point; in space there is no line to draw."""
+        if surface.height is None or surface.frame.dimension != 2:
+            return
+        frame = surface.frame
+        (x, _y) = frame.components(add(point.position, scale(-1, frame.origin)))
+        places = [x + surface.shown * (2 * k / _SAMPLES - 1) for k in range(_SAMPLES + 1)]
+        points = [frame.point(place, surface.height(place)).position for place in places]
+        self._drawing.add("curve", points, frame.name)
+
+    def _on_bodies(self, *points: Point) -> None:
+        for point in points:
+            hull = self._hulls.get(id(point.frame))
+            if hull is not None and self._first("hull", point.frame, point.place):
+                hull.points.append(point.position)
+
+    def _first(self, kind: str, frame: Frame, *places: Any) -> bool:
+        """Whether a thing at some places of a frame is met for the first time."""
+        key = (kind, id(frame), str(places))
+        known = key in self._seen
+        self._seen.add(key)
+        return not known

@@ -1,0 +1,71 @@
+"""What a model looks like: places of points, and what they are the points of. For pictures only."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+# Kinds of things to draw and what their points are, in this order.
+KINDS = {
+    "line": "points in a row",
+    "area": "corners around a polygon",
+    "circle": "the centre, a point of the circle that does not turn",
+    "round": "the centre, the ends of the semi-axes: a disc, ball or ellipse",
+    "hull": "points of a convex body in any order",
+    "dot": "one point: a particle",
+    "pin": "one point: a joint",
+    "spring": "both ends",
+    "plane": "a point, the tip of the unit normal on the free side",
+    "curve": "points in a row along an obstacle, the free side on the left",
+    "contact": "the place, the tip of the unit normal, the tips of unit vectors along the slip",
+}
+
+
+@dataclass
+class Drawn:
+    """One thing to draw.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    points : list of points
+        Expressions of t, q and parameters; two or three each [m].
+    name : str
+        Of the body or contact.
+    by_hand : bool
+        Whether `Model.shape` was called for it.
+    """
+
+    kind: str
+    points: list[tuple[Any, ...]]
+    name: str = ""
+    by_hand: bool = False
+
+
+@dataclass
+class Drawing:
+    """All that a model wants to be drawn."""
+
+    things: list[Drawn] = field(default_factory=list)
+
+    def add(
+        self, kind: str, points: list[tuple[Any, ...]], name: str = "", by_hand: bool = False
+    ) -> Drawn:
+        """Add a thing."""
+        thing = Drawn(kind, points, name, by_hand)
+        self.things.append(thing)
+        return thing
+
+    def wanted(self) -> list[Drawn]:
+        """Bodies that nothing was drawn for are hulls of their points; by hand beats that."""
+        by_hand = any(thing.by_hand and thing.kind != "plane" for thing in self.things)
+        rounds = {thing.name for thing in self.things if thing.kind in ("round", "area")}
+        found = []
+        for thing in self.things:
+            if thing.kind == "hull" and not thing.by_hand:
+                if by_hand or thing.name in rounds:
+                    continue
+                kind = "dot" if len(thing.points) == 1 else "hull"
+                found.append(Drawn(kind, thing.points, thing.name))
+            else:
+                found.append(thing)
+        return found

@@ -1,0 +1,1 @@
+"""What people look at: motions as pages and films, plots over time."""

@@ -1,0 +1,235 @@
+"""The frames of a motion: places of everything that is drawn, states and forces of contacts."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+_MOST = 900  # frames of a film
+_SPEEDS = (1.0, 2.0, 5.0)  # times powers of ten
+_FILM = (3.0, 20.0)  # seconds that a film should last
+
+
+@dataclass(frozen=True, eq=False)
+class Thing:
+    """Something drawn; `points` has the shape (frames, points, 2 or 3), one frame if it rests."""
+
+    kind: str
+    name: str
+    points: np.ndarray
+
+    @property
+    def rests(self) -> bool:
+        return len(self.points) == 1
+
+    def at(self, k: int) -> np.ndarray:
+        """Its points in frame k."""
+        return self.points[0 if self.rests else k]
+
+
+@dataclass(frozen=True, eq=False)
+class Mark:
+    """A contact or friction element.
+
+    Attributes
+    ----------
+    name : str
+    state : ndarray of str, shape (frames,)
+        As in ``traj["name.state"]``.
+    hit : ndarray of bool, shape (frames,)
+        Whether it closed with an impact since the frame before.
+    place : ndarray, shape (frames, dimension), or None
+        Where it is, if the model says so; where it was when it was hit.
+    force : ndarray, shape (frames, dimension), or None
+        Mean force since the frame before [N], where directions are known.
+    """
+
+    name: str
+    state: np.ndarray
+    hit: np.ndarray
+    place: np.ndarray | None
+    force: np.ndarray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Frames of a run, equally spaced on the screen.
+
+    Attributes
+    ----------
+    title : str
+    t : ndarray, shape (frames,)
+        Times of the rows shown [s].
+    fps, speed : float
+        Frames a second on the screen, model seconds a second on the screen.
+    things : list of Thing
+    marks : list of Mark
+    """
+
+    title: str
+    t: np.ndarray
+    fps: float
+    speed: float
+    things: list[Thing]
+    marks: list[Mark]
+
+    @property
+    def dimension(self) -> int:
+        return int(self.things[0].points.shape[2])
+
+    def moving(self) -> list[Thing]:
+        """Bodies and what joins them: no obstacles."""
+        return [thing for thing in self.things if thing.kind not in ("plane", "curve")]
+
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates that bodies reach; what rests far away does not count."""
+        points = [_outline(thing) for thing in self.moving() if not thing.rests]
+        points += [t.points[:, :1] for t in self.things if t.kind == "plane" and not t.rests]
+        points = points or [_outline(thing) for thing in self.things]
+        everything = np.concatenate([p.reshape(-1, p.shape[2]) for p in points])
+        return everything.min(axis=0), everything.max(axis=0)
+
+    def size(self) -> float:
+        """Size of the bodies without their way [m]."""
+        spans = [np.ptp(_outline(thing), axis=1).max() for thing in self.moving()]
+        return float(max(spans, default=0.0))
+
+
+def _outline(thing: Thing) -> np.ndarray:
+    """Points that bound a thing."""
+    if thing.kind in ("round", "circle"):
+        center, ends = thing.points[:, :1], thing.points[:, 1:]
+        radius = np.linalg.norm(ends - center, axis=2, keepdims=True).max(axis=1, keepdims=True)
+        return np.concatenate([center - radius, center + radius], axis=1)
+    return thing.points
+
+
+def pace(duration: float) -> float:
+    """Model seconds a second on the screen for a film that one can follow: 1, 2, 5 times 10^k."""
+    if duration <= 0 or _FILM[0] <= duration <= _FILM[1]:
+        return 1.0
+    wanted = duration / (_FILM[0] if duration < _FILM[0] else _FILM[1])
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    choices = [decade * x for x in (*_SPEEDS, 10.0)]
+    if wanted < 1:
+        return float(max(c for c in choices if c <= wanted * (1 + 1e-9)))
+    return float(min(c for c in choices if c >= wanted * (1 - 1e-9)))
+
+
+def frames(t: np.ndarray, fps: float, speed: float) -> np.ndarray:
+    """Rows to show: for each frame the last one that is not behind its time."""
+    count = int(np.floor((t[-1] - t[0]) * fps / speed * (1 + 1e-12))) + 1
+    count = max(1, min(count, _MOST))
+    times = np.linspace(t[0], t[-1], count) if count > 1 else t[:1]
+    rows = np.searchsorted(t, times + 1e-9 * (t[-1] - t[0]), side="right") - 1
+    return np.clip(rows, 0, len(t) - 1)
+
+
+def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
+    """Frames of a trajectory.
+
+    Parameters
+    ----------
+    traj : Trajectory
+    fps : float
+        Frames a second on the screen.
+    speed : float, optional
+        Model seconds a second on the screen; by default 1, or what makes the film last between
+        3 and 20 seconds.
+
+    Raises
+    ------
+    ValueError
+        If the model draws nothing.
+    """
+    manifest = traj.stepper.manifest
+    chosen = pace(float(traj.t[-1] - traj.t[0])) if speed is None else float(speed)
+    rows = frames(traj.t, fps, chosen)
+    if not manifest["shapes"]:
+        raise ValueError(
+            f"the model '{traj.model}' draws nothing: add m.shape(...) to it, or write it with "
+            "signorini.bodies, whose bodies draw themselves. traj.plot() shows curves over time"
+        )
+    places = traj.stepper.evaluate(
+        "shapes", t=traj.t[rows], q=traj.q[rows], parameters=traj.parameters
+    )
+    hits = {name: _impacts(traj, name) for name in traj.contacts}
+    struck = np.unique(np.concatenate([np.zeros(0, dtype=int), *hits.values()]))
+    there = traj.stepper.evaluate(
+        "shapes", t=traj.t[struck], q=traj.q[struck], parameters=traj.parameters
+    )
+    things: list[Thing] = []
+    contacts: dict[str, np.ndarray] = {}
+    first = 0
+    for shape in manifest["shapes"]:
+        points = places[:, first : first + shape["points"]]
+        first += shape["points"]
+        if shape["kind"] == "contact":
+            name = shape["name"]
+            contacts[name] = points.copy()
+            own = there[np.searchsorted(struck, hits[name]), first - shape["points"] : first]
+            contacts[name][_frames_of(rows, hits[name])] = own
+            continue
+        rests = np.ptp(points, axis=0).max() <= 1e-12 * max(1.0, float(np.abs(points).max()))
+        if shape["kind"] == "curve" and not rests:
+            points = _along(points)
+            rests = len(points) == 1
+        things.append(Thing(shape["kind"], shape["name"], points[:1] if rests else points))
+    marks = [_mark(traj, name, rows, hits[name], contacts.get(name)) for name in traj.contacts]
+    title = manifest["doc"] or traj.model
+    return Motion(title, traj.t[rows], fps, chosen, things, marks)
+
+
+def _along(points: np.ndarray) -> np.ndarray:
+    """A curve that is always seen near a moving point; at rest, if all frames lie on one graph."""
+    x, y = points[..., 0].ravel(), points[..., 1].ravel()
+    order = np.argsort(x, kind="stable")
+    x, y = x[order], y[order]
+    grid = np.linspace(x[0], x[-1], max(200, points.shape[1]))
+    line = np.interp(grid, x, y)
+    # Between samples a graph differs from its chords by little; a curve that moves does by more.
+    off = np.abs(np.interp(points[..., 0], grid, line) - points[..., 1]).max()
+    if off > 1e-2 * max(float(np.ptp(y)), 1e-3 * float(np.ptp(x))):
+        return points
+    return np.stack([grid, line], axis=1)[None]
+
+
+def _impacts(traj: Any, name: str) -> np.ndarray:
+    """Rows at whose ends a contact was hit."""
+    times = np.array([e.t for e in traj.events if e.contact == name and e.kind == "impact"])
+    found = np.searchsorted(traj.t, times - 1e-12 * np.abs(times))
+    return np.unique(np.minimum(found, len(traj.t) - 1)).astype(int)
+
+
+def _frames_of(rows: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Frames that show rows, or the first ones after them."""
+    return np.minimum(np.searchsorted(rows, of), len(rows) - 1)
+
+
+def _mark(
+    traj: Any, name: str, rows: np.ndarray, impacts: np.ndarray, points: np.ndarray | None
+) -> Mark:
+    # The start's states are not known: they are shown as those of the first step.
+    state = traj[f"{name}.state"][np.maximum(rows, min(1, len(traj.t) - 1))]
+    # A row that several frames show has the force since the row shown before it.
+    shown, which = np.unique(rows, return_inverse=True)
+    before = np.concatenate([[0], shown[:-1]])[which]
+    hits = np.zeros(len(rows), dtype=bool)
+    hits[_frames_of(rows, impacts)] = True
+    if points is None:
+        return Mark(name, state, hits, None, None)
+    columns = traj.contacts[name]
+    parts = []
+    if columns["P_N"] is not None and points.shape[1] > 1:
+        parts.append((traj.P_N[:, columns["P_N"]], points[:, 1] - points[:, 0]))
+        for k, column in enumerate(columns["P_F"]):
+            if points.shape[1] > 2 + k:
+                parts.append((traj.P_F[:, column], points[:, 2 + k] - points[:, 0]))
+    force = None
+    if parts:
+        span = np.maximum(traj.t[rows] - traj.t[before], 1e-300)[:, None]
+        force = np.zeros((len(rows), points.shape[2]))
+        for percussion, direction in parts:
+            total = np.concatenate([[0.0], np.cumsum(percussion[1:])])
+            force += (total[rows] - total[before])[:, None] * direction / span
+    return Mark(name, state, hits, points[:, 0], force)
