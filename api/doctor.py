@@ -19,6 +19,7 @@ EXTRAS = {
     "data": ("pandas", "xarray", "pyarrow", "h5netcdf"),
     "sweep": ("distributed", "zarr"),
     "view": ("viser", "imageio_ffmpeg"),
+    "docs": ("sphinx", "myst_parser", "furo"),
     "learning": ("gymnasium",),
     "peers": ("mujoco", "exudyn", "pydrake"),
 }

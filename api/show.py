@@ -6,6 +6,7 @@ import sympy as sp
 from rich.console import Console
 from rich.table import Table
 from signorini.codegen.derive.quantities import QUANTITIES, Derivation
+from signorini.codegen.frontend.equations import latex_name
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.sx_to_sympy import operations, to_sympy
@@ -122,20 +123,9 @@ def latex(quantities: list[Derived]) -> str:
         if d.value is None:
             continue
         value = d.value[0] if d.shape == (1, 1) else d.value
-        names = {s: _name(s.name) for s in value.free_symbols}
+        names = {s: latex_name(s.name) for s in value.free_symbols}
         lines.append(f"  {_symbol(d.name)} &= {sp.latex(value, symbol_names=names)}")
     return "\\begin{align*}\n" + " \\\\\n".join(lines) + "\n\\end{align*}"
-
-
-def _name(name: str) -> str:
-    """LaTeX of a declared symbol: a dot for default velocities, upright words."""
-    if name.endswith("_dot"):
-        return rf"\dot{{{_name(name.removesuffix('_dot'))}}}"
-    stem, _, index = name.partition("_")
-    latex = sp.latex(sp.Symbol(stem))
-    if latex == stem and len(stem) > 1:
-        latex = rf"\mathrm{{{stem}}}"
-    return f"{latex}_{{{index}}}" if index else latex
 
 
 def _symbol(name: str) -> str:

@@ -88,7 +88,7 @@ class Scene:
     def spring(
         self, one: Point, other: Point, stiffness: Any, length: Any = 0, damping: Any = 0
     ) -> None:
-        """A spring with damper between two points: k/2 (|r| - l)^2, force -d d|r|/dt along it."""
+        """A spring with damper between two points: ``k/2 (|r| - l)^2``, ``-d d|r|/dt``."""
         self.looks.spring(one, other)
         r = subtract(one.position, other.position)
         if _is_zero(length) and _is_zero(damping):

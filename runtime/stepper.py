@@ -55,7 +55,11 @@ class Stepper(Compiled):
     """
 
     def __repr__(self) -> str:
-        return f"Stepper('{self.name}', {self.manifest['scheme']}, s = {self.stages})"
+        m, n = self.manifest, self.sizes
+        sizes = ", ".join(f"{k} = {n[k]}" for k in ("n_q", "n_g", "n_gamma", "n_N", "n_F") if n[k])
+        return (
+            f"Stepper('{self.name}', {m['scheme']}, s = {self.stages}, {m['precision']}: {sizes})"
+        )
 
     def project(
         self,

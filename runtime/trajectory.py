@@ -1,6 +1,7 @@
 """A trajectory: the recorded steps with everything that follows from them."""
 
 import csv
+import html
 import json
 import os
 import struct
@@ -177,6 +178,14 @@ class Trajectory:
             f"t = {self.t[0]:g} ... {self.t[-1]:g})"
         )
 
+    def _repr_html_(self) -> str:
+        """In a notebook: what it is, and small curves."""
+        from signorini.view.plots import thumbnail
+
+        about = html.escape(repr(self))
+        events = len(self.events)
+        return f"<code>{about}</code>, {events} events<br>{thumbnail(self)}"
+
     @property
     def events(self) -> list[Event]:
         """Changes of contact states in every step of the run, in the order of time."""
@@ -317,7 +326,7 @@ class Trajectory:
         panels : sequence of str, optional
             Of ``"q"``, ``"v"`` (a panel for each unit, attitudes as angles), ``"energy"`` (with
             what impacts have taken), ``"gaps"``, ``"forces"`` (percussions of impacts as stems),
-            ``"friction"`` (|P_F| / (mu P_N)), ``"states"``, ``"inputs"``, ``"outputs"``; by
+            ``"friction"`` (``|P_F| / (mu P_N)``), ``"states"``, ``"inputs"``, ``"outputs"``; by
             default all that the model has.
 
         Returns

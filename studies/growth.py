@@ -213,5 +213,8 @@ def save(sizes: Sequence[Size], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     data: dict[str, Any] = {"sizes": [asdict(s) for s in sizes], "exponents": exponents(sizes)}
     (folder / "growth.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    (folder / "growth.md").write_text(markdown(sizes), encoding="utf-8")
+    title = (
+        "# How cost grows with bodies\n\n`signorini growth --out docs/growth` measured this.\n\n"
+    )
+    (folder / "growth.md").write_text(title + markdown(sizes), encoding="utf-8")
     plot(sizes, folder / "growth.png")

@@ -415,3 +415,43 @@ def test_the_command(tmp_path: Path) -> None:
     assert wrong.returncode == 1
     assert "stands for no format" in wrong.stderr
     assert find_model("slope").name == "slope"
+
+
+# --- in a notebook and a console ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("symbols", ["sympy", "casadi"])
+def test_models_print_their_equations(symbols: str) -> None:
+    """What is printed is the model: its LaTeX, read term by term."""
+    m = sg.Model("cart_pole", symbols=symbols)
+    x, phi = m.coordinates("x phi")
+    v, omega = m.velocities
+    (k,) = m.parameters(k=sg.par(3.0, unit="N/m", doc="stiffness"))
+    (push,) = m.inputs("push")
+    m.lagrangian = v**2 / 2 + omega**2 - k * x**2 / 2
+    m.force({"x": push})
+    m.constraint("rod", x - phi)
+    m.contact("wall", g_N=x, gamma_F=omega, mu=0.1)
+    assert (
+        repr(m) == "Model('cart_pole': q = (x, phi); constraints rod; contacts wall; inputs push)"
+    )
+    shown = m._repr_markdown_()
+    for line in (
+        r"L &= ",
+        r"\dot{x}^{2}",
+        r"\dot{\phi}^{2}",
+        r"f_{x} &= \mathrm{push}",
+        r"0 = g_{\mathrm{rod}} &= ",
+        r"0 \le g_{N,\mathrm{wall}} &= x",
+        r"\gamma_{F,\mathrm{wall}} &= \dot{\phi}",
+        "| `k` | 3 | N/m | stiffness |",
+    ):
+        assert line in shown, line
+    assert r"f_{\phi}" not in shown
+
+
+def test_runs_print_themselves(ball: sg.Trajectory) -> None:
+    shown = ball._repr_html_()
+    assert "<svg" in shown
+    assert "2 events" in shown
+    assert "lobatto, s = 3, double: n_q = 3, n_N = 1, n_F = 1" in repr(ball.stepper)

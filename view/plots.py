@@ -1,5 +1,6 @@
 """Curves over time: coordinates, velocities, energy, gaps, forces, friction, states of contacts."""
 
+import io
 import math
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
@@ -260,6 +261,18 @@ class Plots:
         size = np.linalg.norm(self.traj.P_F[1:, columns["P_F"]] / mu, axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(P_N > 0, size / P_N, np.nan)
+
+
+def thumbnail(traj: Any) -> str:
+    """Coordinates and states of contacts as a small picture within HTML."""
+    plots = Plots(traj)
+    panels = ["q", *(["states"] if traj.contacts else [])]
+    figure = plots.figure(panels)
+    figure.suptitle("")
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg")
+    pyplot().close(figure)
+    return stream.getvalue()[stream.getvalue().index("<svg") :]
 
 
 def cardan(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
+from signorini.codegen.frontend import equations
 from signorini.codegen.frontend.drawing import Drawing
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.names import check_identifier, split_names
@@ -114,6 +115,12 @@ class Model:
             # and expressions do not hold what was vouched for, and know a table by its name alone
             beside = (all_known(), all_vouched()) if self.world.name == "casadi" else ([], [])
             return _unpickled, (type(self), pickle.dumps((*beside, self.__dict__)))
+
+    def __repr__(self) -> str:
+        return equations.text(self)
+
+    def _repr_markdown_(self) -> str:
+        return equations.markdown(self)
 
     # --- symbols ---------------------------------------------------------------------------------
 
@@ -279,9 +286,9 @@ class Model:
             Slip velocity gamma_F(t, q, v), affine in v: frictionless, planar or spatial.
         mu : number or expression of parameters, or a pair of them
             Friction coefficient >= 0. A pair gives one coefficient for each of the two slip
-            components: friction lies in the ellipse |(P_F1 / mu_1, P_F2 / mu_2)| <= P_N and takes
-            as much power from the slip as it can (anisotropic friction). Both are positive, or
-            both zero.
+            components: friction lies in the ellipse ``|(P_F1 / mu_1, P_F2 / mu_2)| <= P_N`` and
+            takes as much power from the slip as it can (anisotropic friction). Both are positive,
+            or both zero.
         e_N, e_F : number or expression of parameters
             Normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional

@@ -198,7 +198,7 @@ def smooth(expr: Any) -> Any:
 
 
 def norm(components: Sequence[Any]) -> Any:
-    """Euclidean norm whose derivative at zero is zero: for drag and other forces -c |v| v.
+    """Euclidean norm whose derivative at zero is zero: for drag and other forces ``-c |v| v``.
 
     The derivative of ``sqrt(x**2 + y**2)`` at zero is 0/0; this function knows better.
 
