@@ -1,5 +1,6 @@
 """Frames drawn with matplotlib: still pictures and films."""
 
+import io
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,14 +16,20 @@ HIT, FORCE, INK = "#c2185b", "#009e73", "#1b1f24"
 _TURN = np.linspace(0, 2 * np.pi, 61)
 
 
-def pyplot() -> Any:
-    """The pyplot module with a backend that needs no screen."""
-    import matplotlib as mpl
+def new_figure(width: float, height: float) -> Any:
+    """A figure that belongs to nobody else, and that a notebook shows where it is a result."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
 
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
+    class Shown(Figure):
+        def _repr_png_(self) -> bytes:
+            stream = io.BytesIO()
+            self.savefig(stream, format="png", dpi=100)
+            return stream.getvalue()
 
-    return plt
+    figure = Shown(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
 
 
 def new_axes(figure: Any, motion: Motion) -> Any:
@@ -41,6 +48,8 @@ def new_axes(figure: Any, motion: Motion) -> Any:
         axis.set_ylabel("y [m]")
         axis.spines[["top", "right"]].set_visible(False)
         return axis
+    from mpl_toolkits import mplot3d  # noqa: F401  (registers the projection)
+
     axis = figure.add_subplot(projection="3d")
     limits = [(m - h, m + h) for m, h in zip(middle, half, strict=True)]
     axis.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
@@ -198,10 +207,9 @@ def _spring(points: np.ndarray) -> np.ndarray:
 
 def poses(motion: Motion, path: Path, count: int = 8) -> None:
     """A picture of `count` poses equally spaced in time, from pale to dark, with their times."""
-    plt = pyplot()
     import matplotlib as mpl
 
-    fig = plt.figure(figsize=(7.5, 5), layout="constrained")
+    fig = new_figure(7.5, 5)
     axis = new_axes(fig, motion)
     obstacles(axis, motion)
     rows = np.unique(np.linspace(0, len(motion.t) - 1, count).astype(int))
@@ -224,7 +232,6 @@ def poses(motion: Motion, path: Path, count: int = 8) -> None:
         bar.set_ticks(times, labels=[f"{t:.3g}" for t in times])
     fig.suptitle(_short(motion.title), fontsize=11)
     fig.savefig(path, dpi=130)
-    plt.close(fig)
 
 
 def _cut(mpl: Any, colours: Any) -> Any:
@@ -243,11 +250,10 @@ def _short(title: str, most: int = 80) -> str:
 
 def film(motion: Motion, path: Path) -> None:
     """Write a .gif, or an .mp4 if imageio-ffmpeg or ffmpeg is there."""
-    plt = pyplot()
     import matplotlib as mpl
     from matplotlib import animation
 
-    fig = plt.figure(figsize=(6.4, 4.8), layout="constrained")
+    fig = new_figure(6.4, 4.8)
     axis = new_axes(fig, motion)
     obstacles(axis, motion)
     title = axis.set_title("", fontsize=10, loc="left")
@@ -268,7 +274,6 @@ def film(motion: Motion, path: Path) -> None:
         mpl.rcParams["animation.ffmpeg_path"] = _ffmpeg()
         writer = animation.FFMpegWriter(fps=round(motion.fps), bitrate=2400)
     animation.FuncAnimation(fig, show, frames=len(motion.t)).save(path, writer=writer, dpi=100)
-    plt.close(fig)
 
 
 def _ffmpeg() -> str:

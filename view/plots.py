@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from signorini.view.ink import HIT, INK, STATES, pyplot
+from signorini.view.ink import HIT, INK, STATES, new_figure
 
 _MANY = 24  # curves of a panel that a legend still names
 _WORDS = {"rad": "angles", "m": "places", "": "coordinates"}
@@ -74,14 +74,8 @@ class Plots:
         columns = 2 if len(draw) > 1 else 1
         rows = math.ceil(len(draw) / columns)
         high = 2.7 + 0.11 * max(0, len(self.traj.contacts) - 8)
-        fig, axes = pyplot().subplots(
-            rows,
-            columns,
-            figsize=(5.8 * columns, high * rows),
-            squeeze=False,
-            sharex=True,
-            layout="constrained",
-        )
+        fig = new_figure(5.8 * columns, high * rows)
+        axes = fig.subplots(rows, columns, squeeze=False, sharex=True)
         for axis, each in zip(axes.flat, draw, strict=False):
             each(axis)
             axis.set_xlim(self.t[0], max(self.t[-1], self.t[0] + 1e-300))
@@ -271,7 +265,6 @@ def thumbnail(traj: Any) -> str:
     figure.suptitle("")
     stream = io.StringIO()
     figure.savefig(stream, format="svg")
-    pyplot().close(figure)
     return stream.getvalue()[stream.getvalue().index("<svg") :]
 
 
