@@ -19,6 +19,7 @@ _COMMUTATIVE_IN_SX = frozenset({ca.OP_ADD, ca.OP_MUL})
 # An expression and what is known to have its value: a symbol or the negative of one.
 Known = tuple[tuple[ca.SX, ca.SX], ...]
 _Key = tuple[int, tuple[int, ...], float]
+_UNMET = ca.SX()  # stands for a result of a call until something that uses it is read
 
 
 class Operations:
@@ -76,6 +77,7 @@ class Operations:
             inputs = f.instruction_input(k)
             if op == ca.OP_OUTPUT:
                 roots[rows[to[1]]] = register[inputs[0]]
+                self._meet(register[inputs[0]], column.nz[to[1]])
             elif op == ca.OP_ASSIGN:
                 register[to[0]] = register[inputs[0]]
             elif op == ca.OP_INPUT:
@@ -85,6 +87,8 @@ class Operations:
                 value = f.instruction_constant(k)
                 register[to[0]] = self._place((op, (), value), ca.SX(value))
             elif op == ca.OP_CALL:
+                for at, i in enumerate(inputs):
+                    self._meet(register[i], found[k].dep(at))
                 name = found[k].which_function().name()
                 if name not in self.called:
                     self.called.append(name)
@@ -92,12 +96,18 @@ class Operations:
                 cell = self._place((op, tuple(register[i] for i in inputs), number), found[k])
                 for entry, place in enumerate(to):
                     if place >= 0:
-                        key = (ENTRY, (cell,), float(entry))
-                        register[place] = self._place(key, found[k].get_output(entry))
+                        register[place] = self._place((ENTRY, (cell,), float(entry)), _UNMET)
             else:
+                for at, i in enumerate(inputs):
+                    self._meet(register[i], found[k].dep(at))
                 key = (op, tuple(register[i] for i in inputs), 0.0)
                 register[to[0]] = self._place(key, found[k])
         return roots
+
+    def _meet(self, k: int, expression: ca.SX) -> None:
+        """The result of a call as others use it: CasADi takes no second one of the same call."""
+        if self.expressions[k] is _UNMET:
+            self.expressions[k] = expression
 
     def _place(self, key: _Key, expression: ca.SX) -> int:
         op, operands, number = key

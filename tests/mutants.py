@@ -196,4 +196,10 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the rescues of a given-up step stay", STEP, "    sg_reset_info(info);\n    info->iterations = used;", "    info->iterations = used;"),
     Mutant("contacts are never said to hold", STEP, "effort = SG_AGAIN;", "effort = SG_SUBSTEP;"),
     Mutant("a sift that rules out what pushes little", "stress/sift.c", "if (kind[j] != OPEN && R[j] < -slack) {", "if (kind[j] != OPEN && R[j] < slack + push / 2.0) {"),
+    Mutant("what is known has the value of something else", G, "place |= {k: place[by] for k, by in known.items()}", "place |= {k: place[max(known.values())] for k in known}"),
+    Mutant("arrows of contacts point into the obstacle", "bodies/looks.py", "tips = [add(place, arm) for arm", "tips = [add(place, scale(-1, arm)) for arm"),
+    Mutant("a frame shows the percussion of its own row alone", "view/motion.py", "before = np.concatenate([[0], shown[:-1]])[which]", "before = np.maximum(rows - 1, 0)"),
+    Mutant("a hit is drawn where the body is at the frame's time", "view/motion.py", "contacts[name][_frames_of(rows, hits[name])] = own", "contacts[name][_frames_of(rows, hits[name])] += 0 * own"),
+    Mutant("impacts give energy in the plot", "view/plots.py", "axis.step(self.t, -taken,", "axis.step(self.t, taken,"),
+    Mutant("an environment holds an action for one step", "api/learning.py", "sim.step(u, self.steps)", "sim.step(u, 1)"),
 )  # fmt: skip

@@ -28,6 +28,7 @@ PARTS = (
     "studies",
     "templates",
     "verify",
+    "view",
 )
 # What `signorini check` is asked alone: a model with a row of every kind, all moving with time, and
 # one at full order.
@@ -74,6 +75,11 @@ CATCHERS = (
         "kinematics or magnitude or springs or spin_of_a_body",
     ),
     ("loops", "tests/test_generated_code.py", "stride"),
+    (
+        "what is seen and learned",
+        "tests/test_view.py tests/test_learning.py",
+        "arrows or percussion or panels or episode",
+    ),
     (
         "stress",
         "tests/test_stress.py",
