@@ -16,6 +16,7 @@ from signorini.version import __version__
 
 NEEDED = ("numpy", "sympy", "casadi", "jinja2", "mpmath", "matplotlib", "rich", "cyclopts")
 EXTRAS = {
+    "cc": ("ziglang",),
     "data": ("pandas", "xarray", "pyarrow", "h5netcdf"),
     "sweep": ("distributed", "zarr"),
     "view": ("viser", "imageio_ffmpeg"),

@@ -2,12 +2,14 @@
 
 import contextlib
 import hashlib
+import importlib.util
 import os
 import platform
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -30,7 +32,9 @@ class CompilerError(RuntimeError):
 
 
 def find_compiler() -> list[str]:
-    """Return the command of the C compiler: ``$CC``, or the first of cc, gcc, clang.
+    """Return the command of the C compiler: ``$CC``, or the first of cc, gcc, clang, ziglang.
+
+    The last one comes by pip, with the extra ``signorini[cc]``.
 
     Raises
     ------
@@ -47,9 +51,13 @@ def find_compiler() -> list[str]:
     for name in ("cc", "gcc", "clang"):
         if shutil.which(name) is not None:
             return [name]
+    if importlib.util.find_spec("ziglang") is not None:
+        # Its cc is clang; undefined behaviour would trap in what is not optimised.
+        return [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=undefined"]
     raise CompilerError(
-        "no C compiler found (looked for cc, gcc, clang). Install one, e.g. 'apt-get install gcc' "
-        "or 'xcode-select --install', or name yours in the environment variable CC"
+        "no C compiler found (looked for cc, gcc, clang, ziglang). Install one, e.g. 'apt-get "
+        "install gcc', 'xcode-select --install' or \"pip install 'signorini[cc]'\", or name yours "
+        "in the environment variable CC"
     )
 
 

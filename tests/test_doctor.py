@@ -46,3 +46,30 @@ def test_what_is_missing_is_said(
     assert says in found[name]["text"]
     assert found["a stepper"]["ok"] is False
     assert found["numpy"]["ok"] is True
+
+
+@pytest.mark.thorough
+def test_a_compiler_that_comes_by_pip(tmp_path: Path) -> None:
+    """Without a compiler on the PATH ziglang's is found, and its steps are those of the other."""
+    pytest.importorskip("ziglang", reason="pip install 'signorini[cc]'")
+    code = (
+        "import signorini as sg\nfrom signorini.models import slider_crank\n"
+        "traj = sg.build(slider_crank.model(), stages=2).simulate(t_end=0.01, dt=1e-4)\n"
+        "print(traj.q[-1].tobytes().hex(), traj.P_N.tobytes().hex())"
+    )
+    empty = tmp_path / "bin"
+    empty.mkdir()
+    said = []
+    for place in (os.environ["PATH"], str(empty)):
+        cache = str(tmp_path / f"cache{len(said)}")
+        changed = {k: v for k, v in os.environ.items() if k != "CC"}
+        changed |= {"PATH": place, "SIGNORINI_CACHE": cache, "HOME": str(tmp_path)}
+        result = subprocess.run(
+            [sys.executable, "-c", code], env=changed, capture_output=True, text=True, check=False
+        )
+        assert result.returncode == 0, result.stderr[-2000:]
+        said.append(result.stdout)
+    assert said[0] == said[1]
+    found = doctor("--json", PATH=str(empty), SIGNORINI_CACHE=str(tmp_path / "c"), CC="")
+    compiler = next(f for f in json.loads(found.stdout) if f["name"] == "C compiler")
+    assert "ziglang cc" in compiler["text"]
