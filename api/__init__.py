@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from signorini.runtime.simulator import Simulator
     from signorini.runtime.stepper import Stepper, load
     from signorini.runtime.trajectory import Event, Trajectory
+    from signorini.swept import open_sweep
     from signorini.verify.report import Report
     from signorini.workflow import build, check, generate
 
@@ -37,6 +38,7 @@ _HOMES = {
     "check": "signorini.workflow",
     "Report": "signorini.verify.report",
     "load": "signorini.runtime.stepper",
+    "open_sweep": "signorini.swept",
     "Stepper": "signorini.runtime.stepper",
     "Simulator": "signorini.runtime.simulator",
     "Event": "signorini.runtime.trajectory",
@@ -67,6 +69,7 @@ __all__ = [
     "generate",
     "load",
     "norm",
+    "open_sweep",
     "par",
     "smooth",
     "table",

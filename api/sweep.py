@@ -22,12 +22,11 @@ from signorini.runtime.arguments import grid, plain_number
 from signorini.runtime.batch import Batch
 from signorini.runtime.errors import RunError
 from signorini.runtime.export import COUNTS
-from signorini.runtime.files import write_whole
 from signorini.runtime.stepper import Stepper
 from signorini.workflow import build_files
 
 _ADVICE = "install it with: pip install 'signorini[sweep]'"
-_FORMAT = 3
+_FORMAT = 4
 _MOST_VALUES = 10_000_000
 # Counts that are summed over a whole run.
 _SUMS = ("iterations", "substeps", "impacts")
@@ -151,12 +150,35 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
         threads=1,
     )
     rows = slice(-sweep.last, None) if sweep.last else slice(None)
+    kept = {name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")}
     return {
-        **{name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")},
+        **kept,
+        **_derived(stepper, kept, parameters),
         **_whole(batch),
         "steps": batch.steps,
         "status": np.array([stepper.library.statuses.index(s) for s in batch.status]),
     }
+
+
+def _derived(
+    stepper: Stepper, kept: dict[str, np.ndarray], parameters: dict[str, Any]
+) -> dict[str, np.ndarray]:
+    """Energy, gaps and outputs of the rows kept; NaN where a run did not come to a row."""
+    n, rows = kept["t"].shape
+    sizes = stepper.sizes
+    found = {
+        "energy": np.full((n, rows), np.nan),
+        "g_N": np.full((n, rows, sizes["n_N"]), np.nan),
+        "outputs": np.full((n, rows, sizes["n_outputs"]), np.nan),
+    }
+    for k in range(n):
+        own = {name: float(np.broadcast_to(x, (n,))[k]) for name, x in parameters.items()}
+        there = np.isfinite(kept["t"][k])
+        at = {name: kept[name][k][there] for name in ("t", "q", "v")} | {"parameters": own}
+        for name, values in found.items():
+            if values.size and there.any():
+                values[k, there] = stepper.evaluate(name, **at).reshape(values[k, there].shape)
+    return found
 
 
 def _whole(batch: Batch) -> dict[str, np.ndarray]:
@@ -210,6 +232,10 @@ class Store:
             "batch": batch,
             "coordinates": m["coordinates"],
             "velocities": m["velocities"],
+            "outputs": m["outputs"],
+            "gaps": [c["name"] for c in m["contacts"] if c["normal"] >= 0],
+            "units": {p["name"]: p["unit"] for p in m["parameters"] if p["unit"]}
+            | dict(zip(m["coordinates"], m["units"], strict=True)),
             "statuses": [name for name, _ in m["statuses"]],
             "sweep": json.loads(json.dumps(asdict(sweep))),
         }
@@ -297,6 +323,7 @@ class _Layout:
     chunks: tuple[int, ...]
     dtype: str
     fill_value: float
+    dimension_names: tuple[str, ...]
 
 
 def _arrays(stepper: Stepper, sweep: Sweep, batch: int) -> dict[str, _Layout]:
@@ -305,24 +332,39 @@ def _arrays(stepper: Stepper, sweep: Sweep, batch: int) -> dict[str, _Layout]:
     _, steps = grid(stepper.initial_state(None)[0], sweep.t_end, sweep.dt)
     rows = -(-steps // min(sweep.every, steps + 1)) + 1
     rows = min(rows, sweep.last) if sweep.last else rows
-    shapes: dict[str, tuple[int, ...]] = {
-        "t": (rows,),
-        "q": (rows, sizes["n_q"]),
-        "v": (rows, sizes["n_q"]),
-        "P": (rows, sizes["n_R"]),
+    extents = {
+        "row": rows,
+        "coordinate": sizes["n_q"],
+        "velocity": sizes["n_q"],
+        "percussion": sizes["n_R"],
+        "gap": sizes["n_N"],
+        "output": sizes["n_outputs"],
+        "end": 2,
+    }
+    dimensions: dict[str, tuple[str, ...]] = {
+        "t": ("row",),
+        "q": ("row", "coordinate"),
+        "v": ("row", "velocity"),
+        "P": ("row", "percussion"),
+        "energy": ("row",),
+        "g_N": ("row", "gap"),
+        "outputs": ("row", "output"),
         "smallest_gap": (),
-        "energy_range": (2,),
+        "energy_range": ("end",),
     }
     columns = max(len(sweep.axes), 1)
+    run = ("run",)
+    found = {}
+    for name, dims in dimensions.items():
+        shape = tuple(extents[d] for d in dims)
+        chunks = (batch, *(max(x, 1) for x in shape))
+        found[name] = _Layout((n, *shape), chunks, "f8", np.nan, (*run, *dims))
     return {
-        **{
-            name: _Layout((n, *shape), (batch, *(max(x, 1) for x in shape)), "f8", np.nan)
-            for name, shape in shapes.items()
-        },
-        **{name: _Layout((n,), (batch,), "i8", -1) for name in _SUMS},
-        **{name: _Layout((n,), (batch,), "i4", -1) for name in ("steps", "status")},
-        "points": _Layout((n, len(sweep.axes)), (n, columns), "f8", np.nan),
-        "done": _Layout((math.ceil(n / batch),), (1,), "i1", 0),
+        **found,
+        **{name: _Layout((n,), (batch,), "i8", -1, run) for name in _SUMS},
+        **{name: _Layout((n,), (batch,), "i4", -1, run) for name in ("steps", "status")},
+        "points": _Layout((n, len(sweep.axes)), (n, columns), "f8", np.nan, ("run", "axis")),
+        "done": _Layout((math.ceil(n / batch),), (1,), "i1", 0, ("batch",)),
     }
 
 
@@ -395,41 +437,6 @@ def summary(store: Store) -> Iterator[str]:
     codes, counts = np.unique(np.asarray(store.group["status"][:]), return_counts=True)
     for code, count in zip(codes, counts, strict=True):
         yield f"{count} runs: {statuses[code] if code >= 0 else 'not run'}"
-
-
-def column_of(stepper: Stepper, name: str | None) -> tuple[str, int, str]:
-    """Array and column of a coordinate or velocity, and its name.
-
-    Raises
-    ------
-    RunError
-        If there is none of that name.
-    """
-    m = stepper.manifest
-    name = m["coordinates"][0] if name is None else name
-    for array, names in (("q", m["coordinates"]), ("v", m["velocities"])):
-        if name in names:
-            return array, names.index(name), name
-    raise RunError(
-        f"model '{stepper.name}' has no column '{name}'; it has: "
-        f"{', '.join((*m['coordinates'], *m['velocities']))}"
-    )
-
-
-def diagram(store: Store, array: str, column: int, name: str, path: Path) -> None:
-    """Scatter all rows kept against the first axis: a bifurcation diagram if runs were long."""
-    from matplotlib.figure import Figure
-
-    values = np.asarray(store.group[array][:, :, column])
-    at = np.asarray(store.group["points"][:, 0])
-    axes = store.group.attrs["sweep"]["axes"]
-    figure = Figure(figsize=(8, 5), layout="constrained")
-    picture = figure.add_subplot()
-    picture.plot(np.repeat(at, values.shape[1]), values.ravel(), ".", color="C0", markersize=1.5)
-    picture.set_xlabel(axes[0]["name"])
-    picture.set_ylabel(name)
-    picture.grid(alpha=0.3)
-    write_whole(path, lambda file: figure.savefig(file, dpi=150))
 
 
 @contextlib.contextmanager

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini import sweep as sweeping
+from signorini import swept
 from signorini.models import bouncing_ball, vibrating_table
 
 Ink = Callable[[Path], tuple[float, float, float, int]]
@@ -222,3 +223,44 @@ def test_period_doubling_from_the_command_line(tmp_path: Path, ink: Ink) -> None
     rate = 2 * math.pi * 20
     assert model.name == "vibrating_table"
     np.testing.assert_allclose(v[0], 1.02 * 9.81 / rate, rtol=1e-2)
+
+
+def test_a_store_opens_over_its_grid(tmp_path: Path) -> None:
+    """Every number is that of the run at its place in the grid, by names."""
+    compiled = sg.build(bouncing_ball.model(), stages=2)
+    out = tmp_path / "grid.zarr"
+    collect(compiled, out, [])
+    data = sg.open_sweep(out)
+    assert dict(data.sizes)["e_N"] * dict(data.sizes)["y_dot"] == PLAN.size
+    assert data.attrs["model"] == "bouncing_ball"
+    assert data.coordinate.values.tolist() == ["x", "y", "phi"]
+    for e_N in data.e_N.values[::2]:
+        for y_dot in data.y_dot.values:
+            one = data.sel(e_N=e_N, y_dot=y_dot)
+            traj = compiled.simulate(
+                t_end=PLAN.t_end,
+                dt=PLAN.dt,
+                every=PLAN.every,
+                v0={"y": y_dot},
+                parameters={"e_N": e_N, **PLAN.fixed},
+            )
+            rows = slice(-PLAN.last, None) if PLAN.last else slice(None)
+            np.testing.assert_array_equal(one.q.values, traj.q[rows])
+            np.testing.assert_allclose(one.energy.values, traj.energy[rows], rtol=1e-14)
+            np.testing.assert_allclose(
+                one.g_N.sel(gap="floor").values, traj["floor.g_N"][rows], atol=1e-15
+            )
+            assert str(one.status.values) == "OK"
+            assert int(one.impacts) >= 1
+    with pytest.raises(sg.RunError, match="no store of a sweep"):
+        sg.open_sweep(tmp_path)
+
+
+def test_columns_of_a_picture() -> None:
+    about = sg.build(bouncing_ball.model(), stages=2).manifest
+    assert swept.column_of(about, None) == swept.Column("x", "q", 0, True)
+    assert swept.column_of(about, "phi_dot") == swept.Column("phi_dot", "v", 2, True)
+    assert swept.column_of(about, "floor.g_N") == swept.Column("floor.g_N", "g_N", 0, True)
+    assert swept.column_of(about, "impacts") == swept.Column("impacts", "impacts", None, False)
+    with pytest.raises(sg.RunError, match=r"no column 'z'.*floor\.g_N, energy"):
+        swept.column_of(about, "z")

@@ -53,9 +53,11 @@ def sweep(
     plot
         Picture of one column of the rows kept against the first axis.
     show
-        That column, by default the first coordinate.
+        That column: a coordinate, velocity or output, energy, CONTACT.g_N, or smallest_gap,
+        impacts, iterations, substeps of whole runs; by default the first coordinate.
     """
     from signorini import sweep as sweeping
+    from signorini import swept
     from signorini.locate import find_model
     from signorini.workflow import build
 
@@ -84,7 +86,7 @@ def sweep(
             f"--dt {h:g} --t-end {end:g}: give a step size > 0 and an end after the start"
         )
     plan = sweeping.Sweep(axes, fixed, end, h, every, last)
-    column = sweeping.column_of(stepper, show) if plot is not None else None
+    column = swept.column_of(stepper.manifest, show)
     size = batch or max(1, min(256, plan.size // 64))
     with Progress(
         TextColumn("{task.completed} of {task.total} batches"),
@@ -107,6 +109,6 @@ def sweep(
     for line in sweeping.summary(store):
         console.print(line, markup=False, highlight=False)
     console.print(f"store: {out}", markup=False, highlight=False, soft_wrap=True)
-    if plot is not None and column is not None:
-        sweeping.diagram(store, *column, plot)
+    if plot is not None:
+        swept.diagram(store.group, column, plot)
         console.print(f"picture: {plot}", markup=False, highlight=False, soft_wrap=True)
