@@ -77,11 +77,41 @@ def test_wheel_and_sdist_are_complete(tmp_path: Path) -> None:
     assert needed <= names, needed - names
     assert not {n for n in names if n.startswith(("tests", "generated", "docs"))}
     assert all(n.startswith("signorini") for n in names)
-    # the studies come with the source: in the sdist, not in the wheel
+    # the studies are in the sdist, and a wheel of their own
     assert {"studies/reproduce.py", "stress/sift.c", "benchmarks/steps.c"} <= inside
     left_out = ("signorini/studies", "signorini/stress", "signorini/benchmarks")
     assert not {n for n in names if n.startswith(left_out)}
     _wheel_is_consistent(wheel, tmp_path / "target")
+    run(
+        sys.executable,
+        "-m",
+        "build",
+        "--wheel",
+        "-C",
+        "part=studies",
+        "-o",
+        tmp_path / "p",
+        cwd=source,
+    )
+    (part,) = (tmp_path / "p").iterdir()
+    studies = zipfile.ZipFile(part).namelist()
+    assert {"signorini/stress/sift.c", "signorini/benchmarks/instructions.json"} <= set(studies)
+    assert all(n.startswith((*left_out, "signorini_studies-")) for n in studies)
+    _the_studies_go_with_it(wheel, part, tmp_path / "both")
+
+
+def _the_studies_go_with_it(wheel: Path, part: Path, target: Path) -> None:
+    """Installed beside the wheel they are its commands."""
+    pip = (sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--target", target)
+    run(*pip, wheel, part, cwd=target.parent)
+    code = (
+        "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in "
+        "getattr(f, '__module__', '')]; from signorini.cli import main; main()"
+    )
+    env = os.environ | {"PYTHONPATH": str(target), "SIGNORINI_CACHE": str(target / "cache")}
+    words = ("stress", "--scenes", "rocking", "--runs", "1", "--stages", "2", "--workers", "1")
+    said = run(sys.executable, "-c", code, *words, cwd=target, env=env)
+    assert "rocking" in said
 
 
 def _wheel_is_consistent(wheel: Path, target: Path) -> None:

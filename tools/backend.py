@@ -1,9 +1,10 @@
 """The build backend: setuptools, but for what a wheel holds and where an editable install is found.
 
-A wheel holds what a user needs; the studies, whose numbers the documentation quotes, come with the
-source. The package's folders stand at the top of the repository, so an editable install finds them
-through an import hook. setuptools puts it behind the path, where a clone that lies beside a script
-as a folder called signorini would come first, as an empty namespace package. Here it comes before.
+A wheel holds what a user needs. The studies, whose numbers the documentation quotes, are a wheel of
+their own: `python -m build --wheel -C part=studies`. The package's folders stand at the top of the
+repository, so an editable install finds them through an import hook. setuptools puts it behind the
+path, where a clone that lies beside a script as a folder called signorini would come first, as an
+empty namespace package. Here it comes before.
 """
 
 import zipfile
@@ -31,13 +32,42 @@ def build_wheel(
     config_settings: Any = None,
     metadata_directory: str | None = None,
 ) -> str:
-    """Build a wheel without the studies."""
-    name: str = build_meta.build_wheel(wheel_directory, config_settings, metadata_directory)
+    """Build a wheel without the studies, or of the studies alone."""
+    settings = dict(config_settings or {})
+    part = settings.pop("part", "")
+    if part not in ("", "studies"):
+        raise SystemExit(f"-C part={part}: there is one part, studies")
+    name: str = build_meta.build_wheel(wheel_directory, settings, metadata_directory)
+    if part == "studies":
+        return _studies_of(Path(wheel_directory) / name)
     _rewrite(
         Path(wheel_directory) / name,
         lambda file, content: None if file.startswith(_STUDIES) else content,
     )
     return name
+
+
+def _studies_of(whole: Path) -> str:
+    """Make the wheel of the studies from one that holds everything; returns its name."""
+    version = whole.name.split("-")[1]
+    information = f"signorini_studies-{version}.dist-info"
+    metadata = (
+        "Metadata-Version: 2.1\nName: signorini-studies\n"
+        f"Version: {version}\nSummary: Studies, benchmarks and the stress corpus of signorini\n"
+        f"License: MIT\nRequires-Python: >=3.11\nRequires-Dist: signorini=={version}\n"
+    )
+    made = whole.with_name(whole.name.replace("signorini-", "signorini_studies-", 1))
+    with zipfile.ZipFile(whole) as source, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
+        files = {i.filename: source.read(i) for i in source.infolist()}
+        kept = {name: content for name, content in files.items() if name.startswith(_STUDIES)}
+        tag = next(content for name, content in files.items() if name.endswith("-info/WHEEL"))
+        kept |= {f"{information}/METADATA": metadata.encode(), f"{information}/WHEEL": tag}
+        for name, content in kept.items():
+            new.writestr(name, content)
+        lines = [f"{name},," for name in (*kept, f"{information}/RECORD")]
+        new.writestr(f"{information}/RECORD", "".join(f"{line}\n" for line in lines))
+    whole.unlink()
+    return made.name
 
 
 def build_editable(

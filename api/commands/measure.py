@@ -25,8 +25,8 @@ def from_source(command: str) -> Iterator[None]:
         if not (error.name or "").startswith("signorini."):
             raise
         raise RunError(
-            f"'signorini {command}' belongs to the studies, which come with the source: clone the "
-            "project and install it with 'pip install -e .'"
+            f"'signorini {command}' belongs to the studies: install the wheel signorini_studies of "
+            "the same version, or clone the project and install it with 'pip install -e .'"
         ) from None
 
 
