@@ -3,8 +3,8 @@
 import json
 from typing import Any
 
-import jinja2
 import numpy as np
+from signorini import templates
 from signorini.view.motion import Motion, Thing
 
 _STEPS = 100_000  # whole numbers that the larger side of the picture has
@@ -13,16 +13,12 @@ _FAR = 8.0  # a way of so many sizes of the bodies: the picture goes with them
 
 def page(motion: Motion) -> str:
     """The page as text."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("signorini.templates", ""),
-        undefined=jinja2.StrictUndefined,
-        autoescape=False,
-        keep_trailing_newline=True,
-    )
     data = json.dumps(_data(motion), separators=(",", ":"), allow_nan=False)
     # Text of a script element must not close it.
-    return environment.get_template("player.html.jinja").render(
-        title=motion.title, data=data.replace("</", "<\\/")
+    return (
+        templates.environment()
+        .get_template("player.html.jinja")
+        .render(title=motion.title, data=data.replace("</", "<\\/"))
     )
 
 

@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 from typing import Literal
 
-import jinja2
 from rich.console import Console
+from signorini import templates
 from signorini.commands.base import Switch, app, check_file
 from signorini.runtime.errors import RunError
 from signorini.runtime.files import write_text
@@ -49,14 +49,11 @@ def new(
     check_file(file)
     if file.exists() and not force:
         raise RunError(f"{file} is there already: choose another name, or add --force")
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("signorini.templates", ""),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        autoescape=False,
-        keep_trailing_newline=True,
+    text = (
+        templates.environment()
+        .get_template(_TEXTS[kind])
+        .render(name=name, file=file.name, kind=kind)
     )
-    text = environment.get_template(_TEXTS[kind]).render(name=name, file=file.name, kind=kind)
     write_text(file, text)
     out = Console()
     for line in (

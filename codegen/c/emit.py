@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import jinja2
+from signorini import templates
 from signorini.codegen.c.manifest import manifest
 from signorini.codegen.c.spec import EmitSpec
 from signorini.codegen.frontend.errors import GenerationError
@@ -34,14 +35,7 @@ _MARKED = 600  # characters
 
 @cache
 def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("signorini.templates", ""),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
+    environment = templates.environment()
     environment.filters["comment"] = comment_text
     return environment
 

@@ -6,7 +6,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import jinja2
+from signorini import templates
 from signorini.codegen.derive.public import PUBLIC
 from signorini.codegen.derive.quantities import MATRICES, QUANTITIES, Derivation
 from signorini.codegen.frontend.errors import GenerationError
@@ -130,15 +130,7 @@ def _function(d: Derivation, name: str, arguments: str) -> NumpyFunction:
 
 def render(data: ModelData) -> str:
     """The text of the module."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("signorini.templates", ""),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,
-    )
-    return environment.get_template("model.py.jinja").render(spec=numpy_spec(data))
+    return templates.environment().get_template("model.py.jinja").render(spec=numpy_spec(data))
 
 
 def write(data: ModelData, out_dir: str | os.PathLike[str], prefix: str) -> Path:
