@@ -93,7 +93,14 @@ def to_sympy(expr: ca.SX) -> sp.Matrix:
         else:
             work[out[0]] = _BINARY[op](work[args[0]], work[args[1]])
     rows, columns = expr.shape
-    return sp.Matrix(rows, columns, lambda i, j: entries.get(j * rows + i, sp.Integer(0)))
+    return sp.Matrix(
+        rows, columns, lambda i, j: _as_number(entries.get(j * rows + i, sp.Integer(0)))
+    )
+
+
+def _as_number(entry: Any) -> Any:
+    """A condition as 1 or 0: matrices hold numbers."""
+    return entry if isinstance(entry, sp.Expr) else sp.Piecewise((1, entry), (0, True))
 
 
 def _number(x: float) -> sp.Expr:
