@@ -363,7 +363,8 @@ class Trajectory:
         states of the contacts, contact forces and trails. In space it needs `viser` to be made, an
         ``.mp4`` needs ffmpeg (both come with ``signorini[view]``); a ``.gif`` needs nothing more.
         Bodies, obstacles, springs and contacts of `signorini.bodies` draw themselves, others with
-        `Model.shape` and the argument `at` of `Model.contact`.
+        `Model.shape` and the argument `at` of `Model.contact`. The page of a model that draws
+        nothing has its curves over time and says so.
 
         Parameters
         ----------
@@ -378,8 +379,8 @@ class Trajectory:
         Raises
         ------
         RunError
-            If the model draws nothing, a package is missing, the ending stands for no format, or
-            the file cannot be written.
+            If a package is missing, the ending stands for no format, the file cannot be written, or
+            a film is wanted of a model that draws nothing.
         """
         from signorini.view import ink
 
@@ -404,7 +405,7 @@ class Trajectory:
         Raises
         ------
         RunError
-            If the model draws nothing, or viser is missing for a motion in space.
+            If viser is missing for a motion in space.
         """
         try:
             text = self._page(fps, speed)
@@ -420,6 +421,8 @@ class Trajectory:
     def _page(self, fps: float, speed: float | None) -> str:
         from signorini.view import page, space
 
+        if not self.stepper.manifest["shapes"]:
+            return page.curves(self.stepper.manifest["doc"] or self.model, self.plot())
         frames = self._motion(fps, speed)
         return page.page(frames) if frames.dimension == 2 else space.page(frames)
 

@@ -261,7 +261,11 @@ def test_models_that_draw_nothing_say_so(stepper: Build, tmp_path: Path) -> None
 
     traj = stepper(plain, 2).simulate(t_end=0.1, dt=0.01)
     with pytest.raises(RunError, match=r"draws nothing: add m\.shape"):
-        traj.animate(tmp_path / "x.html")
+        traj.animate(tmp_path / "x.gif")
+    page = traj.animate(tmp_path / "x.html").read_text()
+    assert "draws nothing" in page
+    assert page.count("<svg") == 1
+    assert "gaps g_N" in page or page.count("<path") > 30
 
 
 def test_drawings_are_checked() -> None:

@@ -1,5 +1,6 @@
 """A motion in the plane as one HTML page that needs nothing else."""
 
+import io
 import json
 from typing import Any
 
@@ -19,6 +20,18 @@ def page(motion: Motion) -> str:
         templates.environment()
         .get_template("player.html.jinja")
         .render(title=motion.title, data=data.replace("</", "<\\/"))
+    )
+
+
+def curves(title: str, figure: Any) -> str:
+    """A page for a model that draws nothing: curves over time, and how it would be drawn."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg")
+    picture = stream.getvalue()
+    return (
+        templates.environment()
+        .get_template("curves.html.jinja")
+        .render(title=title, picture=picture[picture.index("<svg") :])
     )
 
 

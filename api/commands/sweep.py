@@ -41,7 +41,8 @@ def sweep(
     every
         Record every N-th step.
     last
-        Keep only the last N recorded rows of each run.
+        Keep only the last N recorded rows of each run; with --plot and --every the second half by
+        default.
     batch
         Runs of a batch, by default so that each worker gets several.
     workers
@@ -85,6 +86,12 @@ def sweep(
         raise RunError(
             f"--dt {h:g} --t-end {end:g}: give a step size > 0 and an end after the start"
         )
+    if plot is not None and every > 1 and last is None:
+        # One picture a period: what a run settles to is seen in its second half.
+        rows = round((end - stepper.initial_state(fixed)[0]) / h) // every
+        last = max(1, rows // 2)
+        notes = Console(stderr=True)
+        notes.print(f"note: the last {last} of {rows} rows are kept; --last says otherwise")
     plan = sweeping.Sweep(axes, fixed, end, h, every, last)
     column = swept.column_of(stepper.manifest, show)
     size = batch or max(1, min(256, plan.size // 64))
