@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/bodies.md", "docs/seeing.md", "docs/tutorial.md", "docs/howto.md"]
+    "page", ["docs/overview.md", "docs/bodies.md", "docs/seeing.md", "docs/tutorial.md", "docs/howto.md"]
 )
 def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
