@@ -49,6 +49,16 @@ class Planar(Scene):
             Other names for the three coordinates.
         frame : Frame, optional
             A frame that moves with other coordinates (see `frame`): the body gets none of its own.
+
+        Returns
+        -------
+        Frame
+            At the centre of mass.
+
+        Raises
+        ------
+        ModelError
+            For a mass or inertia that is no positive number, or other than three names.
         """
         if frame is None:
             q = self._coordinates(coordinates or f"{name}_x {name}_y {name}_phi", "m m rad")
@@ -82,7 +92,13 @@ class Planar(Scene):
         at: Sequence[Any] = (0, 0),
         parent: Frame | None = None,
     ) -> Frame:
-        """A frame whose pose against `parent` is given by expressions of t and q."""
+        """A frame whose pose against `parent` is given by expressions of t and q.
+
+        Raises
+        ------
+        ModelError
+            For another number of components of `at`.
+        """
         slide = self._rates(self.vector(f"frame '{name}'", at))
         (rate,) = self._rates([angle])
         base = self.ground if parent is None else parent
@@ -100,6 +116,11 @@ class Planar(Scene):
         """Slider: `one` moves along an axis through `other`, fixed to `other`'s frame.
 
         `axis` has components of `other`'s frame; `angle` is the fixed angle between the frames.
+
+        Raises
+        ------
+        ModelError
+            For an axis of length zero or with other than two components.
         """
         self.looks.joint(one, other)
         what = f"axis of joint '{name}'"

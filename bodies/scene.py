@@ -52,7 +52,22 @@ class Scene:
         self.model.lagrangian = self.model.lagrangian + T - V
 
     def particle(self, name: str, mass: Any, at: Point | None = None) -> Point:
-        """A point mass with coordinates of its own, or at a given point of a frame."""
+        """A point mass with coordinates of its own, or at a given point of a frame.
+
+        Parameters
+        ----------
+        name : str
+            Coordinates are ``name_x name_y[ name_z]`` [m].
+        mass : expression
+            [kg]
+        at : Point, optional
+            Where it is fixed; it then has no coordinates.
+
+        Raises
+        ------
+        ModelError
+            For a mass that is no positive number, or a name that is taken.
+        """
         if at is None:
             letters = "xyz"[: self.dimension]
             names = " ".join(f"{name}_{c}" for c in letters)
@@ -73,14 +88,26 @@ class Scene:
         return self.model.coordinates(names, units=units if fits else None)
 
     def force(self, point: Point, force: Sequence[Any], *, local: bool = False) -> None:
-        """A force [N] on a point, in components of the fixed frame or of the point's own."""
+        """A force [N] on a point, in components of the fixed frame or of the point's own.
+
+        Raises
+        ------
+        ModelError
+            For another number of components.
+        """
         F = self.vector("force", force)
         if local:
             F = point.frame.direction(*F)
         self._work(point.velocity, F)
 
     def torque(self, frame: Frame, torque: Any, against: Frame | None = None) -> None:
-        """A torque [N m] on a frame and its reaction on another; in space in the fixed frame."""
+        """A torque [N m] on a frame and its reaction on another; in space in the fixed frame.
+
+        Raises
+        ------
+        ModelError
+            For another number of components than three in space.
+        """
         components = (torque,) if self.dimension == 2 else self.vector("torque", torque)
         spin = frame.spin if against is None else subtract(frame.spin, against.spin)
         self._work(spin, components)
@@ -130,6 +157,11 @@ class Scene:
         By default the ground: through the origin, the last axis up. `normal` has components of the
         point's frame; numbers are divided by their length, expressions must have length one.
         `belt` is the velocity of the surface in that frame [m/s].
+
+        Raises
+        ------
+        ModelError
+            For a normal or belt with another number of components, or a normal of length zero.
         """
         at = self.ground.point() if point is None else point
         up = (0,) * (self.dimension - 1) + (1,)
@@ -233,7 +265,7 @@ class Scene:
         return tuple(total_derivative(self.model, e) for e in expressions)
 
     def vector(self, what: str, components: Sequence[Any]) -> Vector:
-        """Check the number of components."""
+        """Check the number of components; `ModelError` if it is another than the dimension."""
         try:
             entries = tuple(components)
         except TypeError:

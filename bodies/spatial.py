@@ -48,6 +48,16 @@ class Spatial(Scene):
             Other names for the seven coordinates.
         frame : Frame, optional
             A frame that moves with other coordinates (see `frame`): the body gets none of its own.
+
+        Returns
+        -------
+        Frame
+            At the centre of mass.
+
+        Raises
+        ------
+        ModelError
+            For a mass or moment that is no positive number, or other than seven names.
         """
         J = self.vector(f"inertia of body '{name}'", inertia)
         positive(self.model, f"mass of body '{name}'", mass)
@@ -98,6 +108,11 @@ class Spatial(Scene):
 
         An axis of numbers is divided by its length, one of expressions must have length one.
         Expressions of t and q; several in a row make Euler or Cardan angles.
+
+        Raises
+        ------
+        ModelError
+            For an axis of length zero, or other than three components.
         """
         slide = self._rates(self.vector(f"frame '{name}'", at))
         (rate,) = self._rates([angle])
@@ -192,6 +207,11 @@ class Spatial(Scene):
             Bodies that are not named are not turned.
         spin : mapping from body name to three components in the body's frame [rad/s], optional
             Initial angular velocities.
+
+        Raises
+        ------
+        ModelError
+            For a name that is no body with a quaternion, or other than three components.
         """
         q_all, v_all = dict(q), dict(v or {})
         attitude, spin = dict(attitude or {}), dict(spin or {})

@@ -136,6 +136,11 @@ class Compiled:
         Returns
         -------
         ndarray, shape of the function, with a leading m if `q` has two dimensions
+
+        Raises
+        ------
+        RunError
+            For a name that the model does not have, or arrays of other shapes.
         """
         lib, n = self.library, self.sizes
         q = reals("q", q)
@@ -220,6 +225,11 @@ class Compiled:
         dict
             ``r`` smooth rows, ``y`` kinematic rows, ``phi`` residual of the percussion rows with
             the prox parameter ``prox_r``, ``A = dr/dx``, ``B = dr/dR``, ``C = dy/dx``.
+
+        Raises
+        ------
+        RunError
+            For a name that is no problem of the scheme, or arrays that do not fit.
         """
         lib, n = self.library, self.sizes
         names = [p["name"] for p in self.manifest["problems"]]

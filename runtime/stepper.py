@@ -319,6 +319,13 @@ class Stepper(Compiled):
         -------
         Trajectory
             Of two rows, with the stages.
+
+        Raises
+        ------
+        RunError
+            For a step size or arrays that do not fit.
+        StepError
+            If the step has no solution, or it is not found.
         """
         par = self.check_parameters(parameters)
         inputs = self.rows("u", u, 1, self.sizes["n_u"])

@@ -12,9 +12,10 @@ import sympy as sp
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.mark.parametrize(
-    "page", ["docs/overview.md", "docs/bodies.md", "docs/seeing.md", "docs/tutorial.md", "docs/howto.md"]
-)
+PAGES = [f"docs/{name}.md" for name in ("overview", "bodies", "seeing", "tutorial", "howto")]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_blocks_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (ROOT / page).read_text(encoding="utf-8")

@@ -142,6 +142,11 @@ class Model:
         -------
         tuple of symbols
             One symbol for each name, also where there is one name only.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken or none of C, or numbers of names that differ.
         """
         what = "coordinates(...)"
         q_names = split_names(self.name, what, names)
@@ -192,10 +197,20 @@ class Model:
     def parameters(self, /, **defaults: float | par) -> tuple[Any, ...]:
         """Declare run-time parameters with their defaults, numbers or `par` declarations.
 
+        Parameters
+        ----------
+        **defaults : float or par
+            By name.
+
         Returns
         -------
         tuple of symbols
             In the order given.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken or none of C, or a default outside its bounds.
         """
         symbols = []
         for name, value in defaults.items():
@@ -209,7 +224,22 @@ class Model:
         return tuple(symbols)
 
     def inputs(self, names: str) -> tuple[Any, ...]:
-        """Declare inputs u, held constant over each step."""
+        """Declare inputs u, held constant over each step.
+
+        Parameters
+        ----------
+        names : str
+            Names separated by spaces or commas.
+
+        Returns
+        -------
+        tuple of symbols
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken or none of C.
+        """
         u_names = split_names(self.name, "inputs(...)", names)
         for name in u_names:
             self._claim(name, "input")
@@ -246,17 +276,49 @@ class Model:
         Parameters
         ----------
         f : sequence of n_q expressions, or mapping from coordinate name to expression
-            Several calls add up.
+            Several calls add up. [N] for a length, [N m] for an angle.
+
+        Raises
+        ------
+        ModelError
+            For another number of entries, or a name that is no coordinate.
         """
         self.forces.append(self._column("force(...)", f))
 
     def constraint(self, name: str, g: Any) -> None:
-        """Add bilateral position constraints g(t, q) = 0, one expression or a list."""
+        """Add bilateral position constraints g(t, q) = 0 (13).
+
+        Parameters
+        ----------
+        name : str
+            ``traj["name.force"]`` are their mean forces.
+        g : expression or list of expressions
+            Of t, q and parameters. Redundant ones are solved.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken, or something else than scalars.
+        """
         self._claim(name, "constraint", symbol=False)
         self.constraints.append((name, self._list(f"constraint '{name}'", g)))
 
     def velocity_constraint(self, name: str, gamma: Any) -> None:
-        """Add bilateral velocity constraints gamma(t, q, v) = 0, affine in v."""
+        """Add bilateral velocity constraints gamma(t, q, v) = 0 (13), affine in v.
+
+        Parameters
+        ----------
+        name : str
+            ``traj["name.force"]`` are their mean forces.
+        gamma : expression or list of expressions
+            Of t, q, v and parameters; at the start of a run they hold.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken, or something else than scalars. `build` refuses expressions
+            that are not affine in v.
+        """
         self._claim(name, "velocity constraint", symbol=False)
         self.velocity_constraints.append((name, self._list(f"velocity_constraint '{name}'", gamma)))
 
@@ -360,7 +422,19 @@ class Model:
             )
 
     def output(self, name: str, expr: Any) -> None:
-        """Add a named quantity of t, q, v, u that trajectories carry along."""
+        """Add a named quantity of t, q, v, u that trajectories carry along.
+
+        Parameters
+        ----------
+        name : str
+            ``traj[name]`` are its values, of shape (n+1,).
+        expr : expression
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken.
+        """
         self._claim(name, "output", symbol=False)
         self.outputs.append((name, expr))
 
@@ -431,6 +505,11 @@ class Model:
             Step size and end of a run.
         inputs : callable (t, q, v) -> u, optional
             A controller.
+
+        Raises
+        ------
+        ModelError
+            For a step size or an end that is no positive number.
         """
         for name, value in (("dt", dt), ("t_end", t_end)):
             if not is_number(value) or not 0 < float(value) < float("inf"):
