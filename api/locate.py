@@ -1,5 +1,6 @@
 """Finds the model that a MODEL argument names."""
 
+import difflib
 import importlib
 import importlib.util
 import inspect
@@ -136,8 +137,10 @@ def _module(place: str) -> object:
             raise RunError(_failure(place, error)) from None
         finally:
             sys.path.pop(0)
+    near = difflib.get_close_matches(place, shipped(), 1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
     raise RunError(
-        f"there is no model '{place}': give one of {', '.join(shipped())}, a file "
+        f"there is no model '{place}'{meant}: give one of {', '.join(shipped())}, a file "
         "path.py[:function] "
         "or a module package.module[:function]"
     )
@@ -151,4 +154,10 @@ def _failure(place: str, error: Exception) -> str:
     for frame in own:
         if Path(frame.filename).name == Path(place.partition(":")[0]).name:
             where = f" in line {frame.lineno}: {frame.line}"
-    return f"{place} failed{where}\n{type(error).__name__}: {error}"
+    hint = ""
+    if isinstance(error, TypeError) and "Cannot convert expression to float" in str(error):
+        hint = (
+            "\nThe functions of math and NumPy take numbers only: for expressions write those of "
+            "SymPy, sp.sin(x), sp.sqrt(x), ..."
+        )
+    return f"{place} failed{where}\n{type(error).__name__}: {error}{hint}"

@@ -83,7 +83,8 @@ def axis(text: str) -> Axis:
                 raise RunError(
                     f"--over {text}: {count:.3g} values; give from 1 to {_MOST_VALUES} of them"
                 )
-            values = np.linspace(first, last, int(count))
+            # Values that one can write: 0.3, not 0.30000000000000004.
+            values = np.array([float(f"{x:.12g}") for x in np.linspace(first, last, int(count))])
         elif len(parts) == 1:
             numbers = [plain_number(x) for x in rest.split(",")]
             if any(x is None for x in numbers):

@@ -164,6 +164,13 @@ class Scene:
             For a normal or belt with another number of components, or a normal of length zero.
         """
         at = self.ground.point() if point is None else point
+        if not isinstance(at, Point):
+            raise ModelError(
+                self.model.name,
+                "plane(point, normal)",
+                f"its point is {at!r}",
+                "Give a point of a frame, e.g. world.ground.point(2, 0)",
+            )
         up = (0,) * (self.dimension - 1) + (1,)
         across = up if normal is None else self.vector("normal of a plane", normal)
         n = at.frame.direction(*unit(self.model, "normal of a plane", across))
@@ -240,11 +247,18 @@ class Scene:
                     positive(self.model, f"semi-axis in {what}", axis, zero=True)
         kinematics = touch(self.algebra, one, other)
         if kinematics is None:
+            if isinstance(one, Frame):
+                remedy = "Give a point of the frame, frame.point(...), or Round(frame.point(), R). "
+            elif touch(self.algebra, other, one) is not None:
+                remedy = "Give them the other way round. "
+            else:
+                remedy = ""
             raise ModelError(
                 self.model.name,
                 what,
                 f"there is no rule for {type(one).__name__} with {type(other).__name__}",
-                "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
+                remedy
+                + "Point, Round or Ellipsoid with Plane; Round with Round; Point with Surface or "
                 "Edge; or write g_N and gamma_F yourself with Model.contact",
             )
         self.looks.touching(one, other)

@@ -33,5 +33,6 @@ def show_page(text: str, name: str) -> Any:
     folder = Path(tempfile.mkdtemp(prefix="signorini-"))
     target = folder / f"{name}.html"
     target.write_text(text, encoding="utf-8")
-    webbrowser.open(target.as_uri())
+    if not webbrowser.open(target.as_uri()):
+        sys.stderr.write(f"note: no browser could be opened; the page is {target}\n")
     return target

@@ -1,6 +1,7 @@
 """A trajectory: the recorded steps with everything that follows from them."""
 
 import csv
+import difflib
 import html
 import json
 import os
@@ -224,6 +225,8 @@ class Trajectory:
         for names, array in ((m["coordinates"], "q"), (m["velocities"], "v"), (m["inputs"], "u")):
             if key in names:
                 return getattr(self, array)[:, names.index(key)]
+        if key in ("t", "energy"):
+            return getattr(self, key)
         if key in m["outputs"]:
             return self.outputs[:, m["outputs"].index(key)]
         contact, dot, quantity = key.rpartition(".")
@@ -252,7 +255,12 @@ class Trajectory:
                     values = getattr(self, rows[quantity])[:, first : first + count]
                     return values / self._spans[:, None] if quantity == "force" else values
                 first += count
-        raise KeyError(f"no column '{key}'; there are: {', '.join(self.keys())}")
+        names = self.keys()
+        near = difflib.get_close_matches(key, names, 3, 0.6)
+        meant = f" (did you mean {' or '.join(near)}?)" if near else ""
+        raise KeyError(
+            f"'{self.model}' has no column '{key}'{meant}; there are: t, energy, {', '.join(names)}"
+        )
 
     @property
     def _spans(self) -> np.ndarray:

@@ -224,7 +224,7 @@ CASES: list[tuple[Callable[[sg.Model], None], list[str]]] = [
     (twice_contact, ["'c'", "twice"]),
     (not_affine, ["velocity_constraint 'roll'", "affine", "x_dot"]),
     (slip_not_affine, ["gamma_F of contact 'c'", "affine", "x_dot"]),
-    (gap_with_velocity, ["g_N of contact 'c'", "velocity 'y_dot'", "velocity_constraint"]),
+    (gap_with_velocity, ["g_N of contact 'c'", "velocity 'y_dot'", "a velocity goes into gamma_F"]),
     (constraint_with_velocity, ["constraint 'bar'", "velocity 'y_dot'"]),
     (gap_with_input, ["g_N of contact 'c'", "input 'u1'"]),
     (lagrangian_with_input, ["Lagrangian", "input 'u1'"]),

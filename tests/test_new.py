@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import signorini as sg
+from signorini.bodies import Planar
 from signorini.models import bouncing_ball
 
 
@@ -124,3 +125,42 @@ def test_all_events(tmp_path: Path) -> None:
     few, all_of_them = (command(tmp_path, *words, *more) for more in ((), ("--all-events",)))
     assert "--all-events" in few.stdout
     assert all_of_them.stdout.count(" P_") > few.stdout.count(" P_") == 12
+
+
+def _mass_on_a_plane(**given: object) -> None:
+    m = sg.Model("one")
+    x, y = m.coordinates("x y")
+    mu = m.parameters(mu=0.3)
+    m.lagrangian = sum(v**2 for v in m.velocities) / 2 - 9.81 * y
+    m.contact("floor", g_N=y, gamma_F=m.velocities[0], **{"mu": mu, **given})
+    m.initial_state(q=[0, 1])
+    sg.build(m, stages=2)
+
+
+def test_mistakes_of_beginners_have_remedies(tmp_path: Path) -> None:
+    """Each message says what to write instead."""
+    with pytest.raises(sg.ModelError, match=r"a tuple of one.*with the comma"):
+        _mass_on_a_plane()
+    m = sg.Model("two")
+    world = Planar(m)
+    body = world.body("b", 1.0, 1.0)
+    for call, words in (
+        (lambda: world.plane((0, 0)), r"world\.ground\.point\(2, 0\)"),
+        (lambda: world.contact("c", body, world.plane()), r"Give a point of the frame"),
+        (lambda: world.contact("c", world.plane(), body.point()), "the other way round"),
+        (lambda: m.initial_state(q=[0, 0, 0], v=[1]), r"3 velocities \(b_x_dot b_y_dot"),
+        (lambda: m.initial_state(q=[0, 0, 0], v={"w": 1}), "velocities: b_x_dot"),
+    ):
+        with pytest.raises(sg.ModelError, match=words):
+            call()
+    (tmp_path / "m.py").write_text(
+        "import math, signorini as sg\n\ndef model():\n    m = sg.Model('m')\n"
+        "    (x,) = m.coordinates('x')\n    m.contact('c', g_N=math.sin(x))\n    return m\n"
+    )
+    result = command(tmp_path, "run", "m.py")
+    assert "sp.sin(x)" in result.stderr
+    assert "line 6" in result.stderr
+    traj = sg.build(bouncing_ball.model(), stages=2).simulate(t_end=0.1, dt=1e-2)
+    with pytest.raises(KeyError, match=r"'bouncing_ball' has no column 'phy' \(did you mean phi"):
+        traj["phy"]
+    assert traj["energy"] is traj.energy

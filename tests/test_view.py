@@ -95,7 +95,7 @@ def test_no_percussion_is_lost_between_frames(ball: sg.Trajectory) -> None:
         each = np.unique(rows, return_index=True)[1]
         spans = np.diff(shown.t[each], prepend=shown.t[0])
         total = (mark.force[each] * spans[:, None]).sum(axis=0)
-        assert total == pytest.approx([0, ball.P_N.sum()], rel=1e-12, abs=1e-14)
+        assert total == pytest.approx([ball.P_F.sum(), ball.P_N.sum()], rel=1e-9)
         assert mark.hit.sum() == 1
         k = int(np.flatnonzero(mark.hit)[0])
         assert shown.t[k] >= 0.43 > shown.t[k - 1] - 1e-2
@@ -459,3 +459,20 @@ def test_runs_print_themselves(ball: sg.Trajectory) -> None:
     assert "<svg" in shown
     assert "2 events" in shown
     assert "lobatto, s = 3, double: n_q = 3, n_N = 1, n_F = 1" in repr(ball.stepper)
+
+
+def test_friction_of_contacts_written_by_hand(stepper: Build) -> None:
+    """The arrow has the friction, too: virtual power of the force is that of P_N and P_F."""
+    for made in (stepper(bouncing_ball.model), stepper(box_in_space.model, 2)):
+        traj = made.simulate(t_end=1.0, dt=1e-2)
+        shown = motion(traj, fps=100, speed=1)
+        rows = np.arange(len(traj.t))
+        for mark in shown.marks:
+            columns = traj.contacts[mark.name]
+            P_N, P_F = traj.P_N[rows, columns["P_N"]], traj.P_F[rows][:, columns["P_F"]]
+            quiet = ~mark.hit
+            force = mark.force[quiet] * np.r_[1, np.diff(traj.t)][quiet, None]
+            size = np.sqrt(P_N**2 + (P_F**2).sum(axis=1))[quiet]
+            assert np.linalg.norm(force, axis=1) == pytest.approx(size, abs=1e-9)
+            along = force[:, :-1] @ np.eye(force.shape[1] - 1)
+            assert along == pytest.approx(P_F[quiet], abs=1e-9)

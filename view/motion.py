@@ -160,6 +160,7 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
     )
     things: list[Thing] = []
     contacts: dict[str, np.ndarray] = {}
+    begins: dict[str, int] = {}
     first = 0
     for shape in manifest["shapes"]:
         points = places[:, first : first + shape["points"]]
@@ -169,12 +170,14 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
             contacts[name] = points.copy()
             own = there[np.searchsorted(struck, hits[name]), first - shape["points"] : first]
             contacts[name][_frames_of(rows, hits[name])] = own
+            begins[name] = first - shape["points"]
             continue
         rests = np.ptp(points, axis=0).max() <= 1e-12 * max(1.0, float(np.abs(points).max()))
         if shape["kind"] == "curve" and not rests:
             points = _along(points)
             rests = len(points) == 1
         things.append(Thing(shape["kind"], shape["name"], points[:1] if rests else points))
+    _add_slip_directions(traj, rows, contacts, begins)
     marks = [_mark(traj, name, rows, hits[name], contacts.get(name)) for name in traj.contacts]
     title = manifest["doc"] or traj.model
     return Motion(title, traj.t[rows], fps, chosen, things, marks)
@@ -192,6 +195,52 @@ def _along(points: np.ndarray) -> np.ndarray:
     if off > 1e-2 * max(float(np.ptp(y)), 1e-3 * float(np.ptp(x))):
         return points
     return np.stack([grid, line], axis=1)[None]
+
+
+def _add_slip_directions(
+    traj: Any, rows: np.ndarray, contacts: dict[str, np.ndarray], begins: dict[str, int]
+) -> None:
+    """Tips of the directions of slip where the model gives a place and a normal alone.
+
+    The force of P_F acts along the t with d(place)/dq^T t = W_F, or nearest to it, for
+    displacements that the constraints allow (no others have a meaning: quaternions keep their
+    length).
+    """
+    bare = [
+        name
+        for name, points in contacts.items()
+        if points.shape[1] == 2 and traj.contacts[name]["P_F"]
+    ]
+    if not bare:
+        return
+    stepper = traj.stepper
+    q = traj.q[rows]
+    at = {"t": traj.t[rows], "parameters": traj.parameters}
+    step = 1e-6 * max(1.0, float(np.abs(q).max()))
+    slopes = []
+    for k in range(q.shape[1]):
+        ends = [
+            stepper.evaluate("shapes", q=q + sign * step * np.eye(q.shape[1])[k], **at)
+            for sign in (1, -1)
+        ]
+        slopes.append((ends[0] - ends[1]) / (2 * step))
+    W_F = stepper.evaluate("W_F", q=q, **at)
+    free = np.broadcast_to(np.eye(q.shape[1]), (len(q), q.shape[1], q.shape[1]))
+    if stepper.sizes["n_g"]:
+        W_g = stepper.evaluate("W_g", q=q, **at)
+        free = free - W_g @ np.linalg.pinv(W_g)
+    for name in bare:
+        points = contacts[name]
+        place, tip = points[:, 0], points[:, 1]
+        slope = np.stack([s[:, begins[name]] for s in slopes], axis=1)  # d(place)/dq^T
+        normal = tip - place
+        tips = [place, tip]
+        for column in traj.contacts[name]["P_F"]:
+            t = (np.linalg.pinv(free @ slope) @ (free @ W_F[:, :, column, None]))[..., 0]
+            t -= (t * normal).sum(axis=1, keepdims=True) * normal
+            size = np.linalg.norm(t, axis=1, keepdims=True)
+            tips.append(place + t / np.where(size > 1e-9, size, np.inf))
+        contacts[name] = np.stack(tips, axis=1)
 
 
 def _impacts(traj: Any, name: str) -> np.ndarray:

@@ -158,16 +158,19 @@ class Plots:
         """Mean forces of rows without impacts as lines; percussions of impacts as stems."""
         stems = axis.twinx()
         any_stem = False
+        # An impact of one contact gives percussions to all that are closed with it.
+        hit = np.any([*self.hits.values()], axis=0)[1:]
         for k, name in enumerate(self.traj.contacts):
             colour = f"C{k % 10}"
             columns = self.traj.contacts[name]
-            hit = self.hits[name][1:]
             for label, style, percussion in self._percussions(name, columns):
                 force = np.where(hit, np.nan, percussion[1:] / self.spans)
                 axis.step(self.t[1:], force, where="pre", lw=1.1, c=colour, ls=style, label=label)
-                if label.endswith("N") and hit.any():
-                    stems.vlines(self.t[1:][hit], 0, percussion[1:][hit], color=colour, lw=1.0)
-                    stems.plot(self.t[1:][hit], percussion[1:][hit], "o", c=colour, ms=3)
+                pushed = hit & (percussion[1:] > 0)
+                if label.endswith("N") and pushed.any():
+                    times, sizes = self.t[1:][pushed], percussion[1:][pushed]
+                    stems.vlines(times, 0, sizes, color=colour, lw=1.0)
+                    stems.plot(times, sizes, "o", c=colour, ms=3)
                     any_stem = True
         axis.set_ylabel("contact forces [N]")
         stems.spines[["top"]].set_visible(False)

@@ -109,13 +109,18 @@ def view(
     speed
         Model seconds a second on the screen; by default 1, or what makes it last 3 to 20 s.
     """
-    from signorini.locate import find_model
+    from signorini.locate import find_model, shipped
     from signorini.workflow import build
 
     if out is not None:
         check_file(out)
     if model.endswith(".npz"):
         run, model = Path(model), Trajectory.model_of(model)
+        if model not in shipped():
+            raise RunError(
+                f"{run} is a run of your own model '{model}': say in which file it is, "
+                f"signorini view FILE.py --run {run}"
+            )
     grid = grid or Grid()
     chosen = find_model(model)
     console = Console(stderr=True)

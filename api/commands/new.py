@@ -1,12 +1,13 @@
 """A first file of one's own."""
 
 import keyword
-import re
 from pathlib import Path
 from typing import Literal
 
 from rich.console import Console
 from signorini import templates
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.names import check_identifier
 from signorini.commands.base import Switch, app, check_file
 from signorini.runtime.errors import RunError
 from signorini.runtime.files import write_text
@@ -42,10 +43,12 @@ def new(
     name = file.stem
     if file.suffix != ".py":
         raise RunError(f"{file}: give a name that ends in .py")
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or keyword.iskeyword(name):
-        raise RunError(
-            f"{file}: '{name}' cannot be a model's name: use letters, digits and underscores"
-        )
+    try:
+        check_identifier(name, "its name", name, symbol=True)
+    except ModelError as error:
+        raise RunError(f"{file}: '{name}' cannot be a model's name. {error}") from None
+    if keyword.iskeyword(name):
+        raise RunError(f"{file}: '{name}' cannot be a model's name: it is a keyword of Python")
     check_file(file)
     if file.exists() and not force:
         raise RunError(f"{file} is there already: choose another name, or add --force")

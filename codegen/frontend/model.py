@@ -586,22 +586,26 @@ class Model:
             column: list[Any] = [0] * n
             for name, entry in entries.items():
                 if name not in index:
+                    further = f"; velocities: {' '.join(self.velocity_names)}"
                     raise ModelError(
                         self.name,
                         what,
                         f"there is no coordinate '{name}'",
-                        f"Coordinates are: {' '.join(self.coordinate_names)}",
+                        f"Coordinates are: {' '.join(self.coordinate_names)}{further}",
                     )
                 column[index[name]] = entry
             return column
         column = self._list(what, entries)
+        rates = what == "initial_state(v=...)"
+        kind, names = (
+            ("velocities", self.velocity_names) if rates else ("coordinates", self.coordinate_names)
+        )
         if len(column) != n:
             raise ModelError(
                 self.name,
                 what,
-                f"has {len(column)} entries for {n} coordinates "
-                f"({' '.join(self.coordinate_names)})",
-                "Give one entry for each coordinate",
+                f"has {len(column)} entries for {n} {kind} ({' '.join(names)})",
+                "Give one entry for each",
             )
         return column
 

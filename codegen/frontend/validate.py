@@ -126,7 +126,7 @@ class _Freezer:
         for letter, column, what, remedy in (
             ("t", self.t, "time", "It must not depend on time"),
             ("q", self.q, "coordinate", "It must not depend on coordinates"),
-            ("v", self.v, "velocity", _REMEDY_V),
+            ("v", self.v, "velocity", _REMEDY_GAP if "g_N" in equation else _REMEDY_V),
             ("u", self.u, "input", "Only forces, bounds and outputs may depend on inputs"),
         ):
             if letter not in depends and ca.depends_on(sx, column):
@@ -274,6 +274,13 @@ class _Freezer:
             for law, value in (("e_N", c.e_N), ("e_F", c.e_F))
         }
         mu_F = None
+        if isinstance(c.mu, (list, tuple)) and len(c.mu) == 1:
+            raise ModelError(
+                self.name,
+                f"mu of {where}",
+                f"is a tuple of one, ({c.mu[0]},)",
+                "Write (mu,) = m.parameters(mu=...), with the comma: parameters come as a tuple",
+            )
         if isinstance(c.mu, (list, tuple)):
             mu_F = self.coefficients(f"mu of {where}", c.mu, len(rows))
             laws["mu"] = ca.fmax(mu_F[0], mu_F[1])
@@ -353,6 +360,7 @@ class _Freezer:
         return columns
 
 
+_REMEDY_GAP = "A gap holds coordinates and time only; a velocity goes into gamma_F"
 _REMEDY_V = "Gaps and position constraints hold coordinates only: use a velocity_constraint"
 
 
