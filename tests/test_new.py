@@ -129,7 +129,7 @@ def test_all_events(tmp_path: Path) -> None:
 
 def _mass_on_a_plane(**given: object) -> None:
     m = sg.Model("one")
-    x, y = m.coordinates("x y")
+    _x, y = m.coordinates("x y")
     mu = m.parameters(mu=0.3)
     m.lagrangian = sum(v**2 for v in m.velocities) / 2 - 9.81 * y
     m.contact("floor", g_N=y, gamma_F=m.velocities[0], **{"mu": mu, **given})
