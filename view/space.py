@@ -48,7 +48,11 @@ def _record(server: Any, motion: Motion) -> str:
     server.initial_camera.position = tuple(middle + size * np.array([0.55, -1.0, 0.5]))
     server.initial_camera.look_at = tuple(middle)
     server.initial_camera.up = (0.0, 0.0, 1.0)
-    _statics(scene, motion, (low, high))
+    planes = [
+        _Plane(scene, f"/planes/{k}", thing, (low, high))
+        for k, thing in enumerate(motion.things)
+        if thing.kind == "plane"
+    ]
     names = list(dict.fromkeys(thing.name for thing in motion.things))
     bodies = [
         _Body(scene, f"/things/{k}", thing, FILLS[names.index(thing.name) % len(FILLS)], size)
@@ -61,25 +65,35 @@ def _record(server: Any, motion: Motion) -> str:
             _trail(scene, thing, size)
     record = server.get_scene_serializer()
     for k in range(len(motion.t)):
-        for body in bodies:
-            body.show(k)
+        for each in (*planes, *bodies):
+            each.show(k)
         marks.show(k)
         record.insert_sleep(1.0 / motion.fps)
     return str(record.as_html())
 
 
-def _statics(scene: Any, motion: Motion, box: tuple[np.ndarray, np.ndarray]) -> None:
-    for k, thing in enumerate(motion.things):
-        if thing.kind == "plane":
-            points = thing.at(0)
-            corners = patch(points[0], points[1] - points[0], *box)
-            scene.add_mesh_simple(
-                f"/planes/{k}",
-                vertices=corners.astype(np.float32),
-                faces=np.array([[0, 1, 2], [0, 2, 3]]),
-                color=(214, 221, 227),
-                side="double",
-            )
+class _Plane:
+    """A square of a plane below the motion; it moves where its frame does."""
+
+    def __init__(
+        self, scene: Any, name: str, thing: Thing, box: tuple[np.ndarray, np.ndarray]
+    ) -> None:
+        self.thing, self.box = thing, box
+        self.handle = scene.add_mesh_simple(
+            name,
+            vertices=self._corners(0),
+            faces=np.array([[0, 1, 2], [0, 2, 3]]),
+            color=(214, 221, 227),
+            side="double",
+        )
+
+    def _corners(self, k: int) -> np.ndarray:
+        place, tip = self.thing.at(k)
+        return patch(place, tip - place, *self.box).astype(np.float32)
+
+    def show(self, k: int) -> None:
+        if not self.thing.rests:
+            self.handle.vertices = self._corners(k)
 
 
 def _trail(scene: Any, thing: Thing, size: float) -> None:
