@@ -65,8 +65,10 @@ def _record(server: Any, motion: Motion) -> str:
             _trail(scene, thing, size)
     record = server.get_scene_serializer()
     for k in range(len(motion.t)):
-        for each in (*planes, *bodies):
-            each.show(k)
+        for plane in planes:
+            plane.show(k)
+        for body in bodies:
+            body.show(k)
         marks.show(k)
         record.insert_sleep(1.0 / motion.fps)
     return str(record.as_html())
