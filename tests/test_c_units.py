@@ -1,6 +1,7 @@
 """Unit tests of the C runtime, compiled as it is, with sanitizers and branch counts."""
 
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -41,7 +42,8 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
 QUICK = (MODELS[0], MODELS[2], MODELS[-1])
 
 
-def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> None:
+def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> str:
+    """What the unit tests print; they say how many things did not hold."""
     gcc = shutil.which("gcc")
     if gcc is None:
         if os.environ.get("CI"):
@@ -58,11 +60,17 @@ def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> Non
         [folder / "units"], cwd=folder, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stdout + result.stderr
-    assert "0 failed" in result.stdout
+    return result.stdout
+
+
+def all_hold(said: str) -> bool:
+    """Whether the last line says that nothing failed."""
+    return said.splitlines()[-1] == "0 failed"
 
 
 def test_kernels(tmp_path: Path) -> None:
-    build_and_run(ROOT / "tests" / "c" / "test_runtime.c", ROOT / "runtime" / "c", tmp_path, "-O1")
+    source = ROOT / "tests" / "c" / "test_runtime.c"
+    assert all_hold(build_and_run(source, ROOT / "runtime" / "c", tmp_path, "-O1"))
 
 
 def units(make: Callable[[], sg.Model], stages: int, prefix: str, folder: Path) -> Path:
@@ -74,50 +82,55 @@ def units(make: Callable[[], sg.Model], stages: int, prefix: str, folder: Path) 
     return folder
 
 
-def step_units(folder: Path) -> Path:
+def step_units(folder: Path) -> str:
     """The unit tests that know the numbers of one model, the ball."""
     folder = units(bouncing_ball.model, 3, "ball", folder)
-    build_and_run(ROOT / "tests" / "c" / "test_step.c", folder, folder, *FLAGS)
-    return folder
+    return build_and_run(ROOT / "tests" / "c" / "test_step.c", folder, folder, *FLAGS)
 
 
-def model_units(make: Callable[[], sg.Model], stages: int, vanishing: bool, folder: Path) -> Path:
+def model_units(make: Callable[[], sg.Model], stages: int, vanishing: bool, folder: Path) -> str:
     """The unit tests that hold for every model."""
     folder = units(make, stages, "m", folder)
     masses = f"-DM_MASSES={int(vanishing)}"
-    build_and_run(ROOT / "tests" / "c" / "test_model.c", folder, folder, *FLAGS, masses)
-    return folder
+    return build_and_run(ROOT / "tests" / "c" / "test_model.c", folder, folder, *FLAGS, masses)
 
 
-def full_units(folder: Path) -> Path:
+def full_units(folder: Path) -> str:
     """The unit tests of the velocity constraints of full order."""
     folder = sg.generate(only_constraints(), folder, stages=3, prefix="f")
     (folder / "f.c").write_text(branch_coverage.with_lines((folder / "f.c").read_text()))
-    build_and_run(ROOT / "tests" / "c" / "test_full.c", folder, folder, *FLAGS)
-    return folder
+    return build_and_run(ROOT / "tests" / "c" / "test_full.c", folder, folder, *FLAGS)
 
 
 def test_step(tmp_path: Path) -> None:
-    step_units(tmp_path / "c")
+    assert all_hold(step_units(tmp_path / "c"))
 
 
 def test_full_order(tmp_path: Path) -> None:
-    full_units(tmp_path / "c")
+    assert all_hold(full_units(tmp_path / "c"))
 
 
 @pytest.mark.parametrize(("make", "stages", "vanishing"), QUICK)
 def test_models(make: Callable[[], sg.Model], stages: int, vanishing: bool, tmp_path: Path) -> None:
-    model_units(make, stages, vanishing, tmp_path / "c")
+    said = model_units(make, stages, vanishing, tmp_path / "c")
+    assert all_hold(said)
+    # it took steps, and looked at directions of the Newton matrix
+    assert int(re.search(r"directions (\d+)", said)[1]) > 0
+    assert int(re.search(r"steps (\d+)", said)[1]) > 0
 
 
 @pytest.mark.thorough
 def test_branches(tmp_path: Path) -> None:
     """Every unit test on every model holds; together they take 95 % of all branches."""
     counts: branch_coverage.Branches = {}
-    branch_coverage.collect(step_units(tmp_path / "ball"), counts)
-    branch_coverage.collect(full_units(tmp_path / "full"), counts)
+    said = [step_units(tmp_path / "ball"), full_units(tmp_path / "full")]
+    folders = [tmp_path / "ball", tmp_path / "full"]
     for k, (make, stages, vanishing) in enumerate(MODELS):
-        branch_coverage.collect(model_units(make, stages, vanishing, tmp_path / str(k)), counts)
+        folders.append(tmp_path / str(k))
+        said.append(model_units(make, stages, vanishing, folders[-1]))
+    assert all(map(all_hold, said))
+    for folder in folders:
+        branch_coverage.collect(folder, counts)
     totals, missing = branch_coverage.summary(counts)
     report = branch_coverage.table(totals, missing)
     branch_coverage.REPORT.parent.mkdir(exist_ok=True)

@@ -57,7 +57,7 @@ def test_examples(tmp_path: Path) -> None:
 def test_models_and_instances_in_threads(sanitizer: str, tmp_path: Path) -> None:
     """Three steppers, two of one model, four instances of each, all at once: as one by one."""
     steppers = (("ball_2", bouncing_ball, 2), ("ball_3", bouncing_ball, 3), ("slope_3", slope, 3))
-    body = ["#include <pthread.h>", "#include <string.h>"]
+    body = ["#include <pthread.h>", "#include <stdio.h>", "#include <string.h>"]
     sources = []
     for name, module, stages in steppers:
         folder = sg.generate(module.model(), tmp_path / name, stages=stages, prefix=name)
@@ -90,8 +90,8 @@ def test_models_and_instances_in_threads(sanitizer: str, tmp_path: Path) -> None
             f"    for (k = 0; k < 4; ++k) same = same && {name}_all[k].status <= 2 && "
             f"memcmp({name}_all[k].s.q, {name}_alone.s.q, {n_q} * sizeof(double)) == 0;"
         )
-    body.append("    return same ? 0 : 1; }")
+    body.append('    puts(same ? "as alone" : "not as alone"); return 0; }')
     (tmp_path / "main.c").write_text("\n".join(body) + "\n")
     flags = ("-std=c99", "-O1", "-g", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all")
     run(compiler("gcc"), *flags, "-pthread", "main.c", *sources, "-o", "all", "-lm", cwd=tmp_path)
-    run("./all", cwd=tmp_path)
+    assert run("./all", cwd=tmp_path) == "as alone\n"

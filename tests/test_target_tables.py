@@ -111,4 +111,6 @@ def test_tables(tmp_path: Path) -> None:
         begin, end = f"<!-- {title} -->", f"<!-- end of {title} -->"
         head, _, rest = text.partition(begin)
         text = head + begin + "\n" + "\n".join(rows) + "\n" + end + rest.partition(end)[2]
+        assert len(rows) > 3
     PAGE.write_text(text)
+    assert text.count("<!-- end of") == 2
