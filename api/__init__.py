@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+    from signorini.runtime.event import Event
     from signorini.runtime.simulator import Simulator
     from signorini.runtime.stepper import Stepper, load
-    from signorini.runtime.trajectory import Event, Trajectory
+    from signorini.runtime.trajectory import Trajectory
     from signorini.swept import open_sweep
     from signorini.verify.report import Report
     from signorini.workflow import build, check, generate
@@ -41,7 +42,7 @@ _HOMES = {
     "open_sweep": "signorini.swept",
     "Stepper": "signorini.runtime.stepper",
     "Simulator": "signorini.runtime.simulator",
-    "Event": "signorini.runtime.trajectory",
+    "Event": "signorini.runtime.event",
     "Trajectory": "signorini.runtime.trajectory",
     "RunError": "signorini.runtime.errors",
     "Batch": "signorini.runtime.batch",

@@ -12,12 +12,13 @@ import numpy as np
 from signorini.runtime.arguments import reals
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
+from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
 from signorini.runtime.library import Library
 from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
 from signorini.runtime.run import Run
-from signorini.runtime.trajectory import Event, Trajectory
+from signorini.runtime.trajectory import Trajectory
 
 _FLOATS = ("t", "q", "v", "P", "residual", "smallest_gap", "energy_range")
 _NAMES = {"energy": "energy_range"}

@@ -7,7 +7,7 @@ from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 
 # Functions that no step evaluates.
-_UNUSED = ("outputs",)
+_UNUSED = ("outputs", "shapes")
 _ROWS = {
     "L": ("the Lagrangian", None),
     "energy": ("the energy", None),

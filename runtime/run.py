@@ -11,12 +11,13 @@ from signorini.runtime.compiled import SUCCESS, Compiled, Inputs
 from signorini.runtime.consistency import contradiction, report
 from signorini.runtime.diagnosis import check_coefficients, check_mass, first_nonfinite
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
 from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.stability import Watch
-from signorini.runtime.trajectory import Event, Trajectory
+from signorini.runtime.trajectory import Trajectory
 
 _CHUNK = 4096  # steps between two calls of a progress function
 _EVENTS = 200_000  # most events that one call has room for

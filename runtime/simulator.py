@@ -8,10 +8,11 @@ import numpy as np
 from signorini.runtime.arguments import number, reals
 from signorini.runtime.compiled import SUCCESS, Compiled
 from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.event import Event
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.run import Run, event_of
-from signorini.runtime.trajectory import Event, Trajectory
+from signorini.runtime.trajectory import Trajectory
 
 _KEPT = ("stepper", "parameters", "dt", "steps", "_option_values", "_records", "_start")
 

@@ -3,66 +3,25 @@
 import csv
 import difflib
 import html
-import json
 import os
-import struct
-import zipfile
-import zlib
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from signorini.runtime import export
+from signorini.runtime import export, storage
 from signorini.runtime.arguments import as_path
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
+from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
 from signorini.runtime.files import check_ending, write_text, write_whole
 from signorini.runtime.screen import show_page
 
-_FORMAT = 2
-_STORED = (
-    *("t", "q", "v", "u", "P", "residual", "smallest_gap", "counts", "contact", "energy_range"),
-    *("t_stage", "Q", "V", "R"),
-)
 _DERIVED = ("g", "g_dot", "gamma", "g_N", "g_N_dot", "gamma_F", "energy", "outputs")
-# What zip archives and NumPy raise on files that are none.
-_DAMAGE = (
-    *(OSError, ValueError, TypeError, KeyError, EOFError, IndexError, SyntaxError, OverflowError),
-    *(NotImplementedError, RuntimeError, MemoryError, struct.error, zlib.error),
-    zipfile.BadZipFile,
-)
 # What the codes of C are called here: a slip of one component has a sign there.
 _STATE_NAMES = {"SLIP_BACK": "slip"}
-
-
-class Event(NamedTuple):
-    """A change of a contact's state in a step.
-
-    Attributes
-    ----------
-    t : float
-        End of the step [s].
-    contact : str
-        Name of the contact or friction element.
-    kind : str
-        ``"impact"``: it closed while its gap was shrinking; ``"close"``: it closed otherwise;
-        ``"open"``, ``"stick"``, ``"slip"``, ``"reverse"`` (of one slip component);
-        ``"guard"``: its guard took it away.
-    P_N, P_F : float, tuple of float
-        Percussions of the step [N s].
-    energy : float
-        Change of the energy in the step of an impact [J]; 0 for other kinds.
-    """
-
-    t: float
-    contact: str
-    kind: str
-    P_N: float
-    P_F: tuple[float, ...]
-    energy: float
 
 
 class Trajectory:
@@ -312,7 +271,7 @@ class Trajectory:
         if not target.name or target.is_dir():
             raise RunError(f"{target} is a folder: give a file name, e.g. run.npz")
         writers: dict[str, Callable[[Path], None]] = {
-            ".npz": self._write_npz,
+            ".npz": partial(storage.write, self, self._arrays),
             ".csv": self._write_csv,
             **{ending: partial(write, self) for ending, write in export.writers().items()},
         }
@@ -462,46 +421,6 @@ class Trajectory:
         """
         return export.to_xarray(self)
 
-    def _write_npz(self, path: Path) -> None:
-        m = self.stepper.manifest
-        units = {p["name"]: p["unit"] for p in m["parameters"] if p["unit"]}
-        about = {
-            "format": _FORMAT,
-            "model": self.model,
-            "model_hash": m["model_hash"],
-            "scheme": m["scheme"],
-            "stages": m["stages"],
-            "precision": m["precision"],
-            "generator": m["generator"],
-            "tools": m["tools"],
-            "parameters": self.parameters,
-            "options": self.options,
-            "seconds": self.seconds,
-            "steps": self.steps,
-            "units": {"t": "s", **units},
-            "events": [tuple(event) for event in self.events],
-            "columns": {
-                "q": m["coordinates"],
-                "v": m["velocities"],
-                "u": m["inputs"],
-                "outputs": m["outputs"],
-                "contact": [c["name"] for c in m["contacts"]],
-                "contact_states": m["contact_states"],
-                "counts": list(COUNTS),
-                "P": [
-                    *(f"{name}.P_g" for name, count in m["g_blocks"] for _ in range(count)),
-                    *(f"{name}.P_gamma" for name, count in m["gamma_blocks"] for _ in range(count)),
-                    *(f"{c['name']}.P_N" for c in m["contacts"] if c["normal"] >= 0),
-                    *(f"{c['name']}.P_F" for c in m["contacts"] for _ in range(c["components"])),
-                ],
-            },
-        }
-        arrays = {name: self._arrays[name] for name in _STORED if name in self._arrays}
-        further = {name: getattr(self, name) for name in ("energy", "g_N", "gamma_F", "outputs")}
-        stored: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays, **further}
-        with path.open("wb") as stream:
-            np.savez_compressed(stream, **stored)
-
     def _write_csv(self, path: Path) -> None:
         table = export.columns(self)
         with path.open("w", encoding="utf-8", newline="") as stream:
@@ -509,23 +428,6 @@ class Trajectory:
             rows.writerow(table)
             for row in zip(*(c.tolist() for c in table.values()), strict=True):
                 rows.writerow(row)
-
-    @staticmethod
-    def model_of(path: str | os.PathLike[str]) -> str:
-        """Name of the model of a run that `save` wrote.
-
-        Raises
-        ------
-        RunError
-            If the file is missing or of another kind.
-        """
-        try:
-            with np.load(as_path("the file", path), allow_pickle=False) as data:
-                return str(json.loads(str(data["about"]))["model"])
-        except FileNotFoundError:
-            raise RunError(f"there is no file {path}") from None
-        except _DAMAGE as error:
-            raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], stepper: Compiled) -> "Trajectory":
@@ -543,76 +445,5 @@ class Trajectory:
         RunError
             If the file is damaged, of another kind, or of another model.
         """
-        try:
-            with np.load(as_path("the file", path), allow_pickle=False) as data:
-                about = json.loads(str(data["about"]))
-                arrays = {name: data[name] for name in _STORED if name in data.files}
-        except FileNotFoundError:
-            raise RunError(f"there is no file {path}") from None
-        except _DAMAGE as error:
-            raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
-        if not isinstance(about, dict) or about.get("format") not in (1, _FORMAT):
-            raise RunError(f"{path} has a format that this version does not read")
-        missing = [k for k in ("model", "model_hash", "parameters", "options") if k not in about]
-        if missing:
-            raise RunError(f"{path} is damaged: it lacks {', '.join(missing)}")
-        if about["model_hash"] != stepper.manifest["model_hash"]:
-            raise RunError(
-                f"{path} holds a run of the model '{about['model']}' in another version than the "
-                f"stepper's '{stepper.name}': build the stepper from that model"
-            )
-        n = stepper.sizes
-        rows = arrays["t"].size if "t" in arrays else 0
-        s = stepper.stages
-        shapes = {
-            "t": (rows,), "q": (rows, n["n_q"]), "v": (rows, n["n_q"]), "u": (rows, n["n_u"]),
-            "P": (rows, n["n_R"]), "counts": (rows, len(COUNTS)), "residual": (rows,),
-            "smallest_gap": (rows,), "contact": (rows, n["n_contacts"]),
-        }  # fmt: skip
-        if about["format"] == 1:
-            arrays = _from_format_1(arrays, rows, n["n_contacts"])
-        if "energy_range" in arrays:
-            shapes["energy_range"] = (rows, 2)
-        if "Q" in arrays:
-            shapes |= {
-                "t_stage": (rows - 1, s),
-                "Q": (rows - 1, s, n["n_q"]),
-                "V": (rows - 1, s, n["n_q"]),
-                "R": (rows - 1, s, n["n_R"]),
-            }
-        for name, shape in shapes.items():
-            if name not in arrays or arrays[name].shape != shape:
-                raise RunError(f"{path} is damaged: the array '{name}' is missing or misshapen")
-            kinds = "iu" if name in ("counts", "contact") else "fiu"
-            if arrays[name].dtype.kind not in kinds:
-                raise RunError(f"{path} is damaged: the array '{name}' does not hold numbers")
-        states = len(stepper.manifest["contact_states"])
-        if (
-            arrays["contact"].size
-            and not -1 <= arrays["contact"].min() <= arrays["contact"].max() < states
-        ):
-            raise RunError(f"{path} is damaged: the array 'contact' holds unknown states")
-        kept = {
-            key: about[key] for key in ("parameters", "options", "seconds", "steps") if key in about
-        }
-        return cls(stepper, arrays, events=_read_events(path, about), **kept)
-
-
-def _from_format_1(
-    arrays: dict[str, np.ndarray], rows: int, n_contacts: int
-) -> dict[str, np.ndarray]:
-    """Arrays of the first format, which knew no states of contacts and no impacts."""
-    counts = arrays.get("counts", np.zeros((0, 0)))
-    if counts.ndim == 2 and counts.shape[1] == len(COUNTS) - 1:
-        counts = np.column_stack([counts, np.zeros(len(counts), dtype=counts.dtype)])
-    return arrays | {"counts": counts, "contact": np.full((rows, n_contacts), -1, dtype=np.intc)}
-
-
-def _read_events(path: Any, about: dict[str, Any]) -> list[Event]:
-    try:
-        return [
-            Event(float(t), str(contact), str(kind), float(P_N), tuple(map(float, P_F)), float(E))
-            for t, contact, kind, P_N, P_F, E in about.get("events", [])
-        ]
-    except (TypeError, ValueError):
-        raise RunError(f"{path} is damaged: its events are no events") from None
+        arrays, about = storage.read(path, stepper)
+        return cls(stepper, arrays, **about)

@@ -268,6 +268,26 @@ def test_models_that_draw_nothing_say_so(stepper: Build, tmp_path: Path) -> None
     assert "gaps g_N" in page or page.count("<path") > 30
 
 
+def test_a_drawing_does_not_reach_the_step(stepper: Build, tmp_path: Path) -> None:
+    """A place that is no number is named where it is drawn; the run and its messages ignore it."""
+
+    def pole() -> sg.Model:
+        m = sg.Model("pole")
+        x, y = m.coordinates("x y")
+        m.lagrangian = sum(v**2 for v in m.velocities) / 2 - 1 / (y - 3)
+        m.contact("wall", g_N=x + 1, at=(x, 1 / y))
+        m.shape([(1 / y, 0), (0, 0)])
+        m.initial_state(q=[0, 1])
+        return m
+
+    made = stepper(pole, 2)
+    traj = made.simulate(t_end=0.05, dt=1e-2, q0={"y": 0})
+    with pytest.raises(RunError, match=r"a contact of 'wall' that is drawn has no place at t = 0:"):
+        traj.animate(tmp_path / "x.html")
+    with pytest.raises(sg.StepError, match="the Lagrangian is -inf"):
+        made.simulate(t_end=0.05, dt=1e-2, q0={"y": 3})
+
+
 def test_drawings_are_checked() -> None:
     m = sg.Model("mixed")
     x, y = m.coordinates("x y")

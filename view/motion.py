@@ -153,6 +153,15 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
     places = traj.stepper.evaluate(
         "shapes", t=traj.t[rows], q=traj.q[rows], parameters=traj.parameters
     )
+    if not np.all(np.isfinite(places)):
+        frame, point = (int(k) for k in np.argwhere(~np.isfinite(places))[0][:2])
+        counts = np.cumsum([shape["points"] for shape in manifest["shapes"]])
+        shape = manifest["shapes"][int(np.searchsorted(counts, point, side="right"))]
+        of = f" of '{shape['name']}'" if shape["name"] else ""
+        raise ValueError(
+            f"model '{traj.model}': a {shape['kind']}{of} that is drawn has no place at "
+            f"t = {traj.t[rows[frame]]:g}: a coordinate of it is not finite. Correct the shape"
+        )
     hits = {name: _impacts(traj, name) for name in traj.contacts}
     struck = np.unique(np.concatenate([np.zeros(0, dtype=int), *hits.values()]))
     there = traj.stepper.evaluate(

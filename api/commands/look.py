@@ -10,6 +10,7 @@ from rich.progress import track
 from rich.table import Table
 from signorini.commands.base import Grid, Real, Switch, Whole, app, check_figure, check_file
 from signorini.runtime.errors import RunError
+from signorini.runtime.storage import about_of
 from signorini.runtime.trajectory import Trajectory
 
 
@@ -115,7 +116,7 @@ def view(
     if out is not None:
         check_file(out)
     if model.endswith(".npz"):
-        run, model = Path(model), Trajectory.model_of(model)
+        run, model = Path(model), about_of(model)["model"]
         if model not in shipped():
             raise RunError(
                 f"{run} is a run of your own model '{model}': say in which file it is, "

@@ -1,5 +1,6 @@
 """What a model looks like: places of points, and what they are the points of. For pictures only."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,6 +55,27 @@ class Drawing:
         thing = Drawn(kind, points, name, by_hand)
         self.things.append(thing)
         return thing
+
+    def add_shape(
+        self,
+        places: list[tuple[Any, ...]],
+        closed: bool,
+        radius: Any,
+        convex: bool,
+        normal: Sequence[Any] | None,
+    ) -> None:
+        """Add what `Model.shape` was called with."""
+        if normal is not None:
+            for place in places:
+                tip = tuple(a + b for a, b in zip(place, normal, strict=True))
+                self.add("plane", [place, tip], by_hand=True)
+        elif convex:
+            self.add("hull", places, f"body {len(self.things)}", by_hand=True)
+        elif radius is None:
+            self.add("area" if closed else "line", places, by_hand=True)
+        else:
+            for x, *rest in places:
+                self.add("circle", [(x, *rest), (x + radius, *rest)], by_hand=True)
 
     def wanted(self) -> list[Drawn]:
         """Bodies that nothing was drawn for are hulls of their points; by hand beats that."""

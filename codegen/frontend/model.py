@@ -2,42 +2,17 @@
 
 import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
 from signorini.codegen.frontend import equations
+from signorini.codegen.frontend.declarations import MOTIONS, ContactDeclaration
 from signorini.codegen.frontend.drawing import Drawing
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.names import check_identifier, split_names
 from signorini.codegen.frontend.symbols import CasADi, SymPy, World, is_number, par
 from signorini.codegen.frontend.table import all_known
 from signorini.codegen.frontend.vouched import all_vouched, vouch
-
-# What a contact can be seen doing in one step; the sign of a slip does not count here.
-MOTIONS = (
-    *("open", "impacting", "separating", "persisting", "sticking", "slipping"),
-    *("guard on", "guard off"),
-)
-
-
-@dataclass
-class ContactDeclaration:
-    """What `Model.contact` or `Model.friction` was called with."""
-
-    name: str
-    g_N: Any
-    gamma_F: list[Any]
-    mu: Any = 0
-    e_N: Any = 0
-    e_F: Any = 0
-    bound: Any = None
-    guard: Any = None
-    never: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def kind(self) -> str:
-        return "friction" if self.g_N is None else "contact"
 
 
 class Model:
@@ -481,20 +456,7 @@ class Model:
             Draw the ground instead: a plane through each point, free on the side of this unit
             vector.
         """
-        places = [tuple(p) for p in points]
-        if normal is not None:
-            for place in places:
-                tip = tuple(a + b for a, b in zip(place, normal, strict=True))
-                self.drawing.add("plane", [place, tip], by_hand=True)
-            return
-        if convex:
-            self.drawing.add("hull", places, f"body {len(self.drawing.things)}", by_hand=True)
-            return
-        if radius is None:
-            self.drawing.add("area" if closed else "line", places, by_hand=True)
-            return
-        for x, *rest in places:
-            self.drawing.add("circle", [(x, *rest), (x + radius, *rest)], by_hand=True)
+        self.drawing.add_shape([tuple(p) for p in points], closed, radius, convex, normal)
 
     def suggest(self, *, dt: float, t_end: float, inputs: Any = None) -> None:
         """Suggest arguments of ``Stepper.simulate``: the defaults of ``signorini run``.
