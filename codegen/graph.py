@@ -67,11 +67,10 @@ class Operations:
         f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *self.symbols)], [column])
         found = f.instructions_sx()
         register: dict[int, int] = {}
-        zero = (
-            self._place((ca.OP_CONST, (), 0.0), ca.SX(0.0)) if column.nnz() < column.numel() else -1
-        )
-        roots = [zero] * column.numel()
         rows = column.sparsity().row()
+        roots = [-1] * column.numel()
+        if len(rows) < len(roots):
+            roots = [self._place((ca.OP_CONST, (), 0.0), ca.SX(0.0))] * len(roots)
         for k in range(f.n_instructions()):
             op, to = f.instruction_id(k), f.instruction_output(k)
             inputs = f.instruction_input(k)
