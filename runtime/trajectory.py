@@ -353,9 +353,7 @@ class Trajectory:
 
         target = as_path("the file", path)
         check_ending(target, (".html", ".gif", ".mp4"))
-        for what, value in (("fps", fps), ("speed", 1.0 if speed is None else speed)):
-            if not (isinstance(value, (int, float)) and 0 < value < float("inf")):
-                raise RunError(f"{what} is {value!r}: give a positive number")
+        _check_pace(fps, speed)
         try:
             if target.suffix == ".html":
                 write_text(target, self._page(fps, speed))
@@ -374,6 +372,7 @@ class Trajectory:
         RunError
             If viser is missing for a motion in space.
         """
+        _check_pace(fps, speed)
         try:
             text = self._page(fps, speed)
         except (ValueError, ModuleNotFoundError) as error:
@@ -447,3 +446,11 @@ class Trajectory:
         """
         arrays, about = storage.read(path, stepper)
         return cls(stepper, arrays, **about)
+
+
+def _check_pace(fps: float, speed: float | None) -> None:
+    """Raise unless there is at least a frame a second, and time goes on."""
+    if not (isinstance(fps, (int, float)) and 1 <= fps < float("inf")):
+        raise RunError(f"fps is {fps!r}: give at least one frame a second")
+    if speed is not None and not (isinstance(speed, (int, float)) and 0 < speed < float("inf")):
+        raise RunError(f"speed is {speed!r}: give a positive number")

@@ -240,7 +240,7 @@ def test_films(ball: sg.Trajectory, tmp_path: Path) -> None:
 def test_what_cannot_be_shown_is_refused(ball: sg.Trajectory, tmp_path: Path) -> None:
     for arguments, words in (
         (("x.avi",), "stands for no format"),
-        (("x.html", {"fps": 0}), "fps is 0"),
+        (("x.html", {"fps": 0.4}), r"fps is 0\.4"),
         (("x.html", {"speed": float("nan")}), "speed is nan"),
     ):
         with pytest.raises(RunError, match=words):
@@ -301,6 +301,10 @@ def test_drawings_are_checked() -> None:
         m.contact("c", g_N=x, normal=(1, 0))
     with pytest.raises(sg.ModelError, match="2 coordinates but 1 units"):
         m.coordinates("a b", units="m")
+    with pytest.raises(sg.ModelError, match=r"its points are .* two or three components"):
+        m.shape((x, y))
+    with pytest.raises(sg.ModelError, match="normal has 3 components, its place 2"):
+        m.contact("d", g_N=x, at=(x, y), normal=(1, 0, 0))
 
 
 # --- plots ----------------------------------------------------------------------------------------

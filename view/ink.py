@@ -267,13 +267,13 @@ def film(motion: Motion, path: Path) -> None:
         title.set_text(f"t = {motion.t[k]:.4g} s{pace_in_words(motion)}")
         return drawn
 
-    writer: Any
-    if path.suffix == ".gif":
-        writer = animation.PillowWriter(fps=round(motion.fps))
-    else:
-        mpl.rcParams["animation.ffmpeg_path"] = _ffmpeg()
+    writer: Any = animation.PillowWriter(fps=round(motion.fps))
+    program = {}
+    if path.suffix != ".gif":
         writer = animation.FFMpegWriter(fps=round(motion.fps), bitrate=2400)
-    animation.FuncAnimation(fig, show, frames=len(motion.t)).save(path, writer=writer, dpi=100)
+        program = {"animation.ffmpeg_path": _ffmpeg()}
+    with mpl.rc_context(program):
+        animation.FuncAnimation(fig, show, frames=len(motion.t)).save(path, writer=writer, dpi=100)
 
 
 def _ffmpeg() -> str:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from signorini.codegen.frontend.errors import ModelError
+
 # Kinds of things to draw and what their points are, in this order.
 KINDS = {
     "line": "points in a row",
@@ -62,14 +64,9 @@ class Drawing:
         closed: bool,
         radius: Any,
         convex: bool,
-        normal: Sequence[Any] | None,
     ) -> None:
         """Add what `Model.shape` was called with."""
-        if normal is not None:
-            for place in places:
-                tip = tuple(a + b for a, b in zip(place, normal, strict=True))
-                self.add("plane", [place, tip], by_hand=True)
-        elif convex:
+        if convex:
             self.add("hull", places, f"body {len(self.things)}", by_hand=True)
         elif radius is None:
             self.add("area" if closed else "line", places, by_hand=True)
@@ -91,3 +88,31 @@ class Drawing:
             else:
                 found.append(thing)
         return found
+
+
+def points_of(model: str, what: str, points: Any) -> list[tuple[Any, ...]]:
+    """Points of a drawing, each with two or three components."""
+    try:
+        places = [tuple(point) for point in points]
+    except TypeError:
+        places = []
+    if not places or any(len(place) not in (2, 3) for place in places):
+        raise ModelError(
+            model,
+            what,
+            f"its points are {points!r}",
+            "Give points with two or three components each, e.g. [(x, y), (0, 0)]",
+        )
+    return places
+
+
+def tip_of(model: str, what: str, place: tuple[Any, ...], normal: Sequence[Any]) -> tuple[Any, ...]:
+    """Where a normal ends that starts at a place."""
+    if len(normal) != len(place):
+        raise ModelError(
+            model,
+            what,
+            f"its normal has {len(normal)} components, its place {len(place)}",
+            "Give both as many",
+        )
+    return tuple(a + b for a, b in zip(place, normal, strict=True))

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 from signorini.codegen.frontend import equations
 from signorini.codegen.frontend.declarations import MOTIONS, ContactDeclaration
-from signorini.codegen.frontend.drawing import Drawing
+from signorini.codegen.frontend.drawing import Drawing, points_of, tip_of
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.names import check_identifier, split_names
 from signorini.codegen.frontend.symbols import CasADi, SymPy, World, is_number, par
@@ -359,8 +359,9 @@ class Model:
                     )
         self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
         if at is not None:
-            tips = [] if normal is None else [[a + b for a, b in zip(at, normal, strict=True)]]
-            self.drawing.add("contact", [tuple(at), *map(tuple, tips)], name)
+            (place,) = points_of(self.name, f"contact '{name}'", [at])
+            tips = [] if normal is None else [tip_of(self.name, f"contact '{name}'", place, normal)]
+            self.drawing.add("contact", [place, *tips], name)
         elif normal is not None:
             raise ModelError(
                 self.name,
@@ -456,7 +457,13 @@ class Model:
             Draw the ground instead: a plane through each point, free on the side of this unit
             vector.
         """
-        self.drawing.add_shape([tuple(p) for p in points], closed, radius, convex, normal)
+        places = points_of(self.name, "shape(...)", points)
+        if normal is not None:
+            for place in places:
+                tip = tip_of(self.name, "shape(...)", place, normal)
+                self.drawing.add("plane", [place, tip], by_hand=True)
+        else:
+            self.drawing.add_shape(places, closed, radius, convex)
 
     def suggest(self, *, dt: float, t_end: float, inputs: Any = None) -> None:
         """Suggest arguments of ``Stepper.simulate``: the defaults of ``signorini run``.
