@@ -71,7 +71,7 @@ FURTHER = re.compile(
             r"test_new.py::test_inputs_of_the_command_line",
             r"test_view.py::test_arrows.*(woodpecker|slider_crank|rocking_block|box_in_space)",
             r"test_view.py::test_(legends_cover|friction_of_contacts|titles_do_not)",
-            r"test_documentation.py::test_blocks_run\[docs/(bodies|howto|seeing|tutorial)",
+            r"test_documentation.py::test_blocks_run",
         )
     )
 )

@@ -27,7 +27,7 @@ def somewhere(rng: np.random.Generator) -> dict:
 @pytest.fixture(scope="module")
 def task(stepper: Build) -> Task:
     return Task(
-        stepper(hopper.model, 2),
+        stepper(hopper.model),
         dt=1e-3,
         low=[-30, -20],
         high=[30, 20],

@@ -25,6 +25,7 @@ from signorini.runtime.errors import RunError
 from signorini.view.geometry import faces, hull
 from signorini.view.motion import frames, motion, pace
 from signorini.view.plots import Plots, cardan
+from trap_models import one_coordinate
 
 Build = Callable[..., sg.Stepper]
 
@@ -251,15 +252,7 @@ def test_what_cannot_be_shown_is_refused(ball: sg.Trajectory, tmp_path: Path) ->
 
 
 def test_models_that_draw_nothing_say_so(stepper: Build, tmp_path: Path) -> None:
-    def plain() -> sg.Model:
-        m = sg.Model("plain")
-        (x,) = m.coordinates("x")
-        m.lagrangian = m.velocities[0] ** 2 / 2 - 9 * x
-        m.contact("floor", g_N=x)
-        m.initial_state(q=[1])
-        return m
-
-    traj = stepper(plain, 2).simulate(t_end=0.1, dt=0.01)
+    traj = stepper(one_coordinate).simulate(t_end=0.1, dt=0.01)
     with pytest.raises(RunError, match=r"draws nothing: add m\.shape"):
         traj.animate(tmp_path / "x.gif")
     page = traj.animate(tmp_path / "x.html").read_text()
