@@ -265,6 +265,8 @@ class Problem:
         K, B, C and the derivatives of the radii.
     last_rows : int, optional
         How many bilateral rows the last slot has, by default all.
+    alone : bool, optional
+        Whether no problem comes before it: the contacts that take part are said from outside.
     """
 
     name: str
@@ -278,6 +280,35 @@ class Problem:
     derivatives: tuple[Evaluate | Assembly, ...]
     jacobian: Jacobian
     last_rows: int | None = None
+    alone: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """What a step needs that is cut at its events, beside the problems of a step that is not.
+
+    Attributes
+    ----------
+    chain : int
+        How many problems, from the first, make up a step that is not cut. Behind them stand the
+        problem of a segment in which contacts rub, that of accelerations, and that of an impact.
+    kept : int
+        How many problems, from the first, the next step starts from.
+    watch : tuple of Evaluate or Assembly
+        Gaps, velocities and guards at (look_t, look_q, look_v).
+    finish : Assembly
+        The end of a segment in which contacts rub.
+    positions, velocities : ndarray, shape (s + 2, s + 2) and (s, s)
+        Polynomials of the dense output, a row of coefficients each, the constant first: those of
+        Q^1 ... Q^s, h v_n, h v_{n+1} and those of U^1 ... U^s.
+    """
+
+    chain: int
+    kept: int
+    watch: tuple[Evaluate | Assembly, ...]
+    finish: Assembly
+    positions: np.ndarray
+    velocities: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,6 +318,7 @@ class Scheme:
     `memory` says what the symbols of its assemblies stand for.
     `terms` stand in the array terms. If the scheme `recalls`, these are of the stages 2 ... s,
     those of the last hold at the end, and those of the first are part of the state before `start`.
+    `located` is there if steps can be cut at their events.
     `stable_phase` is the smallest h omega at which a linear oscillation of frequency omega grows.
     `guarded` tells which contacts exist only while their entry of the array guard is >= 0 at the
     start of a step; by default those with a guard in the model.
@@ -308,6 +340,7 @@ class Scheme:
     coefficients: dict[str, np.ndarray] = field(default_factory=dict)
     guarded: tuple[bool, ...] | None = None
     stable_phase: float = 2.0
+    located: Located | None = None
 
 
 def evaluate(

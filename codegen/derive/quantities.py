@@ -38,6 +38,8 @@ QUANTITIES: dict[str, Quantity] = {
     "g_dot": Quantity("g_dot = W_g^T v + dg/dt", "velocities of the position constraints"),
     "g_rate": Quantity("dg_dot/dq v + dg_dot/dt", "part of g's second derivative without dv/dt"),
     "gamma_rate": Quantity("dgamma/dq v + dgamma/dt", "part of dgamma/dt without dv/dt"),
+    "g_N_rate": Quantity("dg_N_dot/dq v + dg_N_dot/dt", "part of g_N's second derivative without dv/dt"),
+    "gamma_F_rate": Quantity("dgamma_F/dq v + dgamma_F/dt", "part of dgamma_F/dt without dv/dt"),
     "gamma": Quantity("gamma = W_gamma^T v + chi_gamma = 0  (13)", "velocity constraints"),
     "g_N": Quantity("g_N(t, q) >= 0", "gaps"),
     "g_N_dot": Quantity("g_N_dot = W_N^T v + dg_N/dt", "normal velocities"),
@@ -167,6 +169,12 @@ class Derivation:
 
     def _gamma_rate(self) -> ca.SX:
         return ca.densify(self["gamma_q"] @ self.data.v + self["gamma_t"])
+
+    def _g_N_rate(self) -> ca.SX:
+        return ca.densify(self["g_N_dot_q"] @ self.data.v + self["g_N_dot_t"])
+
+    def _gamma_F_rate(self) -> ca.SX:
+        return ca.densify(self["gamma_F_q"] @ self.data.v + self["gamma_F_t"])
 
     def _gamma(self) -> ca.SX:
         return self.data.gamma

@@ -1,5 +1,7 @@
 """Velocity constraints at full order: conditions on auxiliary velocities with IIIA weights."""
 
+from dataclasses import replace
+
 import casadi as ca
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.model_data import ModelData
@@ -49,28 +51,34 @@ def full_order_scheme(d: Derivation, stages: int, value: float) -> Scheme:
     2 s - 2. Nothing is carried from step to step: a force that is has a mode of its own, which
     grows wherever the constrained motion contracts.
     """
-    return _FullOrder(d, stages).scheme()
+    return FullOrder(d, stages).scheme()
 
 
-class _FullOrder(Lobatto):
+class FullOrder(Lobatto):
+    """The problem with auxiliary velocities, and that of the accelerations before it."""
+
     def __init__(self, d: Derivation, s: int) -> None:
         super().__init__(d, s)
-        data = d.data
-        n, n_R = self.n, self.n_R
-        self.n_g, self.n_gamma = data.n_g, data.n_gamma
-        # problem 0: accelerations and forces at t_n, times h; problem 1: V, U and R
-        self.first_x = n
-        self.x = self.memory.column("x", s * n, n)
-        self.U = self.memory.column("x", (s - 1) * n, n + s * n)
-        self.v_end = self.U[(s - 2) * n :]
-        self.percussions = self.memory.column("R", s * n_R, n_R)
-        self.start_percussion = self.memory.column("R", self.n_gamma, self.n_g)
         self.auxiliary, self.auxiliary_jacobian = share(self.memory, *self.others)
+        rates = ("g_rate", "gamma_rate")
         self.forces = Point(
-            "forces",
-            ("t", "q", "v", "u", "par"),
-            {name: d[name] for name in ("force", "g_rate", "gamma_rate")},
+            "forces", ("t", "q", "v", "u", "par"), {name: d[name] for name in ("force", *rates)}
         )
+
+    def place(self) -> None:
+        """Problem 0: accelerations and forces at t_n, times h; problem 1: V, U and R."""
+        self.place_at(self.n, self.n_R)
+        self.start_percussion = self.memory.column("R", self.d.data.n_gamma, self.d.data.n_g)
+
+    def place_at(self, x: int, R: int) -> None:
+        """Unknowns of the problem with auxiliary velocities, from these entries on."""
+        s, n, memory = self.s, self.n, self.memory
+        self.n_g, self.n_gamma = self.d.data.n_g, self.d.data.n_gamma
+        self.first_x = x
+        self.x = memory.column("x", s * n, x)
+        self.U = memory.column("x", (s - 1) * n, x + s * n)
+        self.v_end = self.U[(s - 2) * n :]
+        self.percussions = memory.column("R", s * self.n_R, R)
 
     def points(self) -> list[Point]:
         """The same, and what is evaluated at the auxiliary velocities."""
@@ -112,7 +120,7 @@ class _FullOrder(Lobatto):
     def auxiliary_calls(self, point: Point) -> tuple[Evaluate, ...]:
         calls = []
         for i in range(1, self.s):
-            q, v = Ref("Q", i * self.n), Ref("x", self.n * (self.s + i))
+            q, v = Ref("Q", i * self.n), Ref("x", self.first_x + self.n * (self.s - 1 + i))
             calls.append(
                 evaluate(
                     point,
@@ -133,17 +141,38 @@ class _FullOrder(Lobatto):
     # --- the scheme ------------------------------------------------------------------------------
 
     def scheme(self) -> Scheme:
-        s, n = self.s, self.n
+        """Both problems, and what stands around them."""
         paper = super().scheme()
-        a_a_hat = self.tableau.a_a_hat
-        response = [
-            (float(abs(a_a_hat[i][i - 1])), float(self.tableau.a[i][i])) for i in range(1, s)
-        ]
-        last = float(self.tableau.b[s - 1])
+        return replace(
+            paper,
+            title=f"{paper.title}, velocity constraints at full order",
+            points=(
+                *(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
+                *(self.auxiliary, self.auxiliary_jacobian, self.forces),
+            ),
+            places=(
+                ("stage", "stage", self.s),
+                ("stage_jacobian", "stage_jacobian", self.s),
+                ("auxiliary", "auxiliary", self.s - 1),
+                ("auxiliary_jacobian", "auxiliary_jacobian", self.s - 1),
+                ("end", "start", 0),
+                ("end_jacobian", "start_jacobian", 0),
+                ("opening", "opening", 0),
+                ("forces", "forces", 0),
+            ),
+        )
+
+    def start(self) -> tuple[Evaluate | Assembly, ...]:
+        """What is known at the start of a step, forces too."""
+        at_start = (Time(0.0), Ref("q"), Ref("v"), Ref("u"), Parameters())
+        return (*super().start(), Evaluate("forces", at_start, Place("forces")))
+
+    def problems(self) -> tuple[Problem, ...]:
+        """Accelerations and constraint forces at t_n, then the whole step."""
         opening = Problem(
             "start",
             "accelerations and constraint forces at t_n, times h",
-            n,
+            self.n,
             1,
             0,
             False,
@@ -152,8 +181,18 @@ class _FullOrder(Lobatto):
             (),
             self.opening_derivatives(),
         )
-        whole = Problem(
-            "whole",
+        return opening, self.whole("whole")
+
+    def whole(self, name: str) -> Problem:
+        """The problem with auxiliary velocities."""
+        s, n = self.s, self.n
+        a_a_hat = self.tableau.a_a_hat
+        response = [
+            (float(abs(a_a_hat[i][i - 1])), float(self.tableau.a[i][i])) for i in range(1, s)
+        ]
+        last = float(self.tableau.b[s - 1])
+        return Problem(
+            name,
             "(47b), (47d), (47f), (48), (T1), (T2)",
             (2 * s - 1) * n,
             s,
@@ -174,42 +213,6 @@ class _FullOrder(Lobatto):
             ),
             self.whole_derivatives(),
             last_rows=self.n_g,
-        )
-        return Scheme(
-            name=paper.name,
-            title=f"{paper.title}, velocity constraints at full order",
-            memory=self.memory,
-            stages=s,
-            points=(
-                *(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
-                *(self.auxiliary, self.auxiliary_jacobian, self.forces),
-            ),
-            places=(
-                ("stage", "stage", s),
-                ("stage_jacobian", "stage_jacobian", s),
-                ("auxiliary", "auxiliary", s - 1),
-                ("auxiliary_jacobian", "auxiliary_jacobian", s - 1),
-                ("end", "start", 0),
-                ("end_jacobian", "start_jacobian", 0),
-                ("opening", "opening", 0),
-                ("forces", "forces", 0),
-            ),
-            inertia=paper.inertia,
-            terms=self.terms,
-            recalls=True,
-            start=(
-                *paper.start,
-                Evaluate(
-                    "forces",
-                    (Time(0.0), Ref("q"), Ref("v"), Ref("u"), Parameters()),
-                    Place("forces"),
-                ),
-            ),
-            problems=(opening, whole),
-            finish=self.finish(),
-            record=self.record(),
-            coefficients=paper.coefficients,
-            stable_phase=paper.stable_phase,
         )
 
     def _start_directions(self) -> ca.SX:

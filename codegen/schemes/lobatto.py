@@ -68,18 +68,23 @@ class Lobatto:
         stage, stage_jacobian, end, end_jacobian, self.opening, *self.others = points
         self.stage, self.stage_jacobian = share(self.memory, stage, stage_jacobian)
         self.end, self.end_jacobian = share(self.memory, end, end_jacobian)
-        self.first_x = 0
         self.h = self.memory.number("h")
-        self.percussions = self.memory.column("R", (s - 1) * self.n_R)
-        self.delta_P = self.memory.column("R", self.n_R, (s - 1) * self.n_R)
-        self.x = self.memory.column("x", s * self.n)
-        self.v_end = self.memory.column("x", self.n, s * self.n)
+        self.place()
         self.p_n = self.end.at(self.memory, Place("start"), "p")
         self.inertia = inertia(
             self.end_jacobian.at(self.memory, Place("start_jacobian"), "p_v"),
             ca.horzcat(*(self.end.at(self.memory, Place("start"), name) for name in _DIRECTIONS)),
             ("M = dp/dv at t_n", "W^T at t_n, row by row"),
         )
+
+    def place(self) -> None:
+        """Unknowns of the two problems: V^1 ... V^s, v_{n+1} and R^1 ... R^{s-1}, Delta P."""
+        s, n, memory = self.s, self.n, self.memory
+        self.first_x = 0
+        self.percussions = memory.column("R", (s - 1) * self.n_R)
+        self.delta_P = memory.column("R", self.n_R, (s - 1) * self.n_R)
+        self.x = memory.column("x", s * n)
+        self.v_end = memory.column("x", n, s * n)
 
     def points(self) -> list[Point]:
         """What is evaluated at the stages, at the end and at the start."""
@@ -176,6 +181,35 @@ class Lobatto:
     # --- the scheme ------------------------------------------------------------------------------
 
     def scheme(self) -> Scheme:
+        """Both problems, and what stands around them."""
+        return Scheme(
+            name="lobatto",
+            title=f"Lobatto IIIA-IIIB, {self.s} stages",
+            memory=self.memory,
+            stages=self.s,
+            points=(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
+            places=(
+                ("stage", "stage", self.s),
+                ("stage_jacobian", "stage_jacobian", self.s),
+                ("end", "start", 0),
+                ("end_jacobian", "start_jacobian", 0),
+                ("end", "end", 0),
+                ("end_jacobian", "end_jacobian", 0),
+                ("opening", "opening", 0),
+            ),
+            inertia=self.inertia,
+            terms=self.terms,
+            recalls=True,
+            start=self.start(),
+            problems=self.problems(),
+            finish=self.finish(),
+            record=self.record(),
+            coefficients=self.tableau.arrays(),
+            stable_phase=first_instability(self.s),
+        )
+
+    def problems(self) -> tuple[Problem, ...]:
+        """The position problem, then the velocity problem."""
         t = self.tableau
         a_a_hat = t.a_a_hat
         response = tuple(
@@ -210,39 +244,18 @@ class Lobatto:
             (self.end_call(self.end_jacobian),),
             self.velocity_derivatives(),
         )
+        return position, velocity
+
+    def start(self) -> tuple[Evaluate | Assembly, ...]:
+        """What is known at the start of a step."""
         at_start = (Time(0.0), Ref("q"), Ref("v"), Parameters())
         terms = self.terms_at(0)
         with_inputs = (Time(0.0), Ref("q"), Ref("v"), Ref("u"), Parameters())
-        start = (
+        return (
             evaluate(self.end, at_start, Place("start"), terms),
             evaluate(self.end_jacobian, at_start, Place("start_jacobian"), terms, Place("start")),
             evaluate(self.opening, with_inputs, Place("opening"), terms),
             self.start_assembly(),
-        )
-        return Scheme(
-            name="lobatto",
-            title=f"Lobatto IIIA-IIIB, {self.s} stages",
-            memory=self.memory,
-            stages=self.s,
-            points=(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
-            places=(
-                ("stage", "stage", self.s),
-                ("stage_jacobian", "stage_jacobian", self.s),
-                ("end", "start", 0),
-                ("end_jacobian", "start_jacobian", 0),
-                ("end", "end", 0),
-                ("end_jacobian", "end_jacobian", 0),
-                ("opening", "opening", 0),
-            ),
-            inertia=self.inertia,
-            terms=self.terms,
-            recalls=True,
-            start=start,
-            problems=(position, velocity),
-            finish=self.finish(),
-            record=self.record(),
-            coefficients=self.tableau.arrays(),
-            stable_phase=first_instability(self.s),
         )
 
     def start_assembly(self) -> Assembly:
