@@ -3,6 +3,7 @@
 import difflib
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ def build(
     velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
+    events: str = "captured",
 ) -> Stepper:
     """Generate, compile and load a stepper of a model.
 
@@ -47,6 +49,10 @@ def build(
         Prefix of the C names; the model's name by default.
     precision : {"double", "float"}
         Real type of the generated code.
+    events : {"captured", "located"}
+        "located" makes a stepper that can cut its steps at impacts and changes of stick and slip,
+        so that the order 2 s - 2 holds through them; runs say which of both they want. Scheme
+        "lobatto" alone has it. A stepper that was built without it makes it on first use.
 
     Returns
     -------
@@ -61,7 +67,12 @@ def build(
     CompilerError
         If there is no C compiler or it fails.
     """
-    return build_files(_render(model, stages, scheme, velocity_constraints, prefix, precision))
+    stepper = build_files(
+        _render(model, stages, scheme, velocity_constraints, prefix, precision, events)
+    )
+    form = {"scheme": scheme, "prefix": prefix, "precision": precision, "events": "located"}
+    stepper.locating = partial(build, model, stages=stages, **form)
+    return stepper
 
 
 _build = build  # where an argument has the same name
@@ -97,6 +108,7 @@ def generate(
     velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
+    events: str = "captured",
     target: str = "c",
 ) -> Path:
     """Write the C stepper of a model into a folder, all files or none.
@@ -107,7 +119,7 @@ def generate(
         The model.
     out_dir : path
         Folder to write; an earlier generation in it is replaced.
-    stages, scheme, velocity_constraints, prefix, precision
+    stages, scheme, velocity_constraints, prefix, precision, events
         As for `build`.
     target : {"c", "numpy"}
         "numpy" writes the model's functions, without a scheme, as the module
@@ -129,7 +141,7 @@ def generate(
     if target != "c":
         raise GenerationError(f"target {target!r} is unknown; choose c or numpy")
     return emit.write(
-        _render(model, stages, scheme, velocity_constraints, prefix, precision), out_dir
+        _render(model, stages, scheme, velocity_constraints, prefix, precision, events), out_dir
     )
 
 
@@ -218,6 +230,7 @@ def drift(
         about["velocity_constraints"],
         about["prefix"],
         about["precision"],
+        about["events"],
     )
     lines: list[str] = []
     for name, text in files.items():
@@ -247,6 +260,7 @@ def _render(
     velocity_constraints: str | None,
     prefix: str | None,
     precision: str,
+    events: str,
 ) -> dict[str, str]:
     spec = emit_spec(
         freeze(model),
@@ -255,5 +269,6 @@ def _render(
         velocity_constraints=velocity_constraints,
         prefix=prefix,
         precision=precision,
+        events=events,
     )
     return emit.render(spec)

@@ -42,7 +42,7 @@ static void run_one(const SG(batch) * b, int k, SG(work) * work) {
     record.residual = &b->residual[first];
     record.smallest_gap = &b->smallest_gap[first];
     record.energy = &b->energy[first * 2];
-    record.counts = &b->counts[first * 7];
+    record.counts = &b->counts[first * 8];
     record.contact = b->n_contacts > 0 ? &b->contact[first * b->n_contacts] : NULL;
     record.events = NULL;
     record.n_events = NULL;
@@ -65,7 +65,7 @@ static void run_one(const SG(batch) * b, int k, SG(work) * work) {
             at.residual = &record.residual[row];
             at.smallest_gap = &record.smallest_gap[row];
             at.energy = &record.energy[2L * row];
-            at.counts = &record.counts[7L * row];
+            at.counts = &record.counts[8L * row];
             at.contact = record.contact != NULL ? &record.contact[(long)row * b->n_contacts] : NULL;
             at.begun = b->done[k] % b->every;
             b->status[k] =

@@ -8,7 +8,10 @@ import numpy as np
 from signorini.runtime.errors import RunError
 
 # What the steps of a row reported, column by column.
-COUNTS = ("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts", "impacts")
+COUNTS = (
+    *("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts", "impacts"),
+    "captured",
+)
 _ADVICE = "install it with: pip install 'signorini[data]'"
 
 

@@ -9,6 +9,8 @@ from signorini.runtime.errors import RunError
 
 ACTIVE_SETS = {"any_stage": 0, "end": 1}
 SCALINGS = {"rows": 0, "none": 1}
+EVENTS = {"captured": 0, "located": 1}
+_MOST_EVENTS = 64  # of one located step, as the generated struct has it
 _LARGEST_TOL = 2.0**-10  # as runtime/c has it: a step solved less exactly is none
 
 
@@ -28,9 +30,15 @@ class RunOptions:
     scaling: str = "rows"
     max_halvings: int = 4
     max_iterations: int | None = None
+    events: str = "captured"
+    max_events: int | None = None
 
     def __post_init__(self) -> None:
-        for name, known in (("active_set", ACTIVE_SETS), ("scaling", SCALINGS)):
+        for name, known in (
+            ("active_set", ACTIVE_SETS),
+            ("scaling", SCALINGS),
+            ("events", EVENTS),
+        ):
             value = getattr(self, name)
             if not isinstance(value, str) or value not in known:
                 choice = " or ".join(f'"{one}"' for one in known)
@@ -44,7 +52,11 @@ class RunOptions:
                 )
         if self.r is not None and number("r", self.r) <= 0:
             raise RunError(f"r = {self.r!r}: give a prox parameter > 0, or none")
-        for name, low, top in (("max_halvings", 0, 10), ("max_iterations", 1, 1_000_000)):
+        for name, low, top in (
+            ("max_halvings", 0, 10),
+            ("max_iterations", 1, 1_000_000),
+            ("max_events", 1, _MOST_EVENTS),
+        ):
             value = getattr(self, name)
             if value is None:
                 continue
@@ -70,6 +82,10 @@ class RunOptions:
         """Set them in the struct of C, which holds its own defaults."""
         options.active_set = ACTIVE_SETS[self.active_set]
         options.scaling = SCALINGS[self.scaling]
+        if hasattr(options, "events"):
+            options.events = EVENTS[self.events]
+            if self.max_events is not None:
+                options.max_events = int(self.max_events)
         for name in ("tol", "r"):
             if getattr(self, name) is not None:
                 setattr(options, name, float(getattr(self, name)))

@@ -9,6 +9,7 @@ from signorini.runtime.arguments import number, reals
 from signorini.runtime.compiled import SUCCESS, Compiled
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.event import Event
+from signorini.runtime.export import COUNTS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.run import Run, event_of
@@ -154,7 +155,7 @@ class Simulator:
             "P": np.zeros((1, sizes["n_R"]), lib.dtype),
             "residual": np.zeros(1, lib.dtype),
             "smallest_gap": np.zeros(1, lib.dtype),
-            "counts": np.zeros((1, 7), np.intc),
+            "counts": np.zeros((1, len(COUNTS)), np.intc),
             "contact": np.zeros((1, sizes["n_contacts"]), np.intc),
         }
         for name, array in row.items():
@@ -338,7 +339,7 @@ class Simulator:
             "P": np.zeros((1, n["n_R"])),
             "residual": np.zeros(1),
             "smallest_gap": np.array([np.inf]),
-            "counts": np.zeros((1, 7), np.intc),
+            "counts": np.zeros((1, len(COUNTS)), np.intc),
             "contact": np.full((1, n["n_contacts"]), -1, np.intc),
         }
         arrays = {

@@ -54,6 +54,31 @@ class Stepper(Compiled):
         See `Compiled`.
     """
 
+    def __init__(self, library: Library) -> None:
+        super().__init__(library)
+        # makes the same stepper with located events; `signorini.build` says how
+        self.locating: Callable[[], Stepper] | None = None
+        self._locating: Stepper | None = None
+
+    def _for(self, options: RunOptions) -> "Stepper":
+        """The stepper that has what the options ask for: this one, or one made on first use."""
+        m = self.manifest
+        if options.events == "captured" or m["events"] == "located" or not m["contacts"]:
+            return self
+        if m["scheme"] != "lobatto":
+            raise RunError(
+                f"model '{self.name}': events=\"located\" needs the scheme lobatto, and this is "
+                f"{m['scheme']}"
+            )
+        if self._locating is None:
+            if self.locating is None:
+                raise RunError(
+                    f"the stepper of '{self.name}' was generated without located events: generate "
+                    'it again with events="located" (signorini generate --events located)'
+                )
+            self._locating = self.locating()
+        return self._locating
+
     def __repr__(self) -> str:
         m, n = self.manifest, self.sizes
         sizes = ", ".join(f"{k} = {n[k]}" for k in ("n_q", "n_g", "n_gamma", "n_N", "n_F") if n[k])
@@ -100,6 +125,8 @@ class Stepper(Compiled):
         scaling: str = DEFAULTS.scaling,
         max_halvings: int = DEFAULTS.max_halvings,
         max_iterations: int | None = None,
+        events: str = DEFAULTS.events,
+        max_events: int | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> Trajectory:
         """Run from the initial state to `t_end` in steps of `dt`.
@@ -136,6 +163,14 @@ class Stepper(Compiled):
             How often a step that is not solved otherwise may be halved; 0 forbids substeps.
         max_iterations : int
             Newton iterations of one nonlinear problem.
+        events : {"captured", "located"}
+            "captured": impacts are spread over the step in which they happen, as in the paper.
+            "located": steps are cut at impacts and at changes of stick and slip, so that the order
+            2 s - 2 holds through them; where that cannot be decided a step is captured, and
+            `Trajectory.captured` says so.
+        max_events : int
+            Events of one located step, at most 64 and by default so many; with more of them the
+            rest of the step is captured.
         progress : callable (done, total)
             Called now and then.
 
@@ -153,7 +188,9 @@ class Stepper(Compiled):
             If a step cannot be solved; it carries the steps done so far.
         """
         par = self.check_parameters(parameters)
-        options = RunOptions(tol, r, active_set, scaling, max_halvings, max_iterations)
+        options = RunOptions(
+            tol, r, active_set, scaling, max_halvings, max_iterations, events, max_events
+        )
         t, q, v = self.start_of(q0, v0, t0, par)
         h, n_steps = grid(t, number("t_end", t_end), number("dt", dt))
         if record not in ("steps", "stages"):
@@ -162,7 +199,8 @@ class Stepper(Compiled):
         if progress is not None and not callable(progress):
             raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self.inputs_of(inputs, n_steps)
-        run = Run(self, par, options, t, q, v, h, n_steps, every, record == "stages")
+        stepper = self._for(options)
+        run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
         return run.go(u, asked, progress)
 
     def start(
@@ -199,15 +237,16 @@ class Stepper(Compiled):
         RunError, InconsistentStartError, StepError
             As for `simulate`.
         """
+        chosen = RunOptions.of({"max_halvings": max_halvings, **options})
         return start_simulator(
-            self,
+            self._for(chosen),
             dt=dt,
             q0=q0,
             v0=v0,
             t0=t0,
             parameters=parameters,
             record=record,
-            options=RunOptions.of({"max_halvings": max_halvings, **options}),
+            options=chosen,
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -250,7 +289,8 @@ class Stepper(Compiled):
         progress : callable (done, total)
             Called between blocks of runs.
         **options
-            ``tol``, ``r``, ``active_set``, ``scaling``, ``max_iterations`` as for `simulate`.
+            ``tol``, ``r``, ``active_set``, ``scaling``, ``max_iterations``, ``events``,
+            ``max_events`` as for `simulate`.
 
         Returns
         -------
@@ -274,8 +314,9 @@ class Stepper(Compiled):
         else:
             first = float(np.ravel(reals("t0", t0))[0])
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
+        chosen = RunOptions.of({"max_halvings": max_halvings, **options})
         return run_batch(
-            self,
+            self._for(chosen),
             h=h,
             n_steps=n_steps,
             every=_interval(every, n_steps),
@@ -284,7 +325,7 @@ class Stepper(Compiled):
             v0=v0,
             parameters=parameters,
             inputs=inputs,
-            options=RunOptions.of({"max_halvings": max_halvings, **options}),
+            options=chosen,
             threads=threads,
             progress=progress,
         )
@@ -335,7 +376,7 @@ class Stepper(Compiled):
         if h <= 0:
             raise RunError(f"dt = {h:g}: give a step size > 0")
         chosen = RunOptions.of(options)
-        run = Run(self, par, chosen, number("t", t), q, v, h, 1, 1, True)
+        run = Run(self._for(chosen), par, chosen, number("t", t), q, v, h, 1, 1, True)
         return run.go(inputs, None, None)
 
 

@@ -54,6 +54,10 @@ class Form:
     precision: Annotated[
         Literal["double", "float"], Parameter(help="Real type of the generated C.")
     ] = "double"
+    events: Annotated[
+        Literal["captured", "located"],
+        Parameter(help="located: steps can be cut at impacts and changes of stick and slip."),
+    ] = "captured"
 
     def keywords(self) -> dict[str, Any]:
         """As `build` takes them."""
@@ -61,6 +65,7 @@ class Form:
             "scheme": self.scheme,
             "velocity_constraints": self.velocity_constraints,
             "precision": self.precision,
+            "events": self.events,
         }
 
 

@@ -119,6 +119,7 @@ def run(
             r=r,
             active_set=active_set,
             every=every,
+            events=built.events,
         )
     for warning in caught:
         notes.print(f"note: {warning.message}", style="yellow", markup=False, highlight=False)

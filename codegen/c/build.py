@@ -32,12 +32,14 @@ from signorini.version import __version__
 
 # What a stepper is made of; each file names those that it needs by #include.
 RUNTIME = ("sg_simulate.c", "sg_cell.c")
+# The same where steps can be cut at their events.
+LOCATED = ("sg_simulate.c", "sg_located.c", "sg_cell.c")
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
-# Printed into the header, with the sizes of the model.
-SCRATCH = "sg_work.h"
+# Printed into the header, with the sizes of the model; the second where steps can be cut.
+SCRATCH = ("sg_work.h", "sg_segment.h")
 
 _INCLUDE = re.compile(r'#include "(sg_\w+\.[ch])"\n')
 
@@ -67,7 +69,7 @@ def runtime_source(names: tuple[str, ...]) -> str:
     parts = []
     for name in names:
         text = _INCLUDE.sub("", runtime_file(name).replace("#pragma once\n", "")).strip()
-        if name != SCRATCH:
+        if name not in SCRATCH:
             parts.append(f"/* ---- {name} {'-' * (86 - len(name))} */\n\n{text}\n")
     return "\n".join(parts)
 
@@ -80,6 +82,7 @@ def emit_spec(
     velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
+    events: str = "captured",
 ) -> EmitSpec:
     """Derive everything that is emitted for a model.
 
@@ -97,6 +100,8 @@ def emit_spec(
         Prefix of the C names; the model's name by default.
     precision : {"double", "float"}
         Real type of the generated code.
+    events : {"captured", "located"}
+        Whether steps can be cut at their events, see `build`.
 
     Raises
     ------
@@ -104,7 +109,7 @@ def emit_spec(
         For options out of range.
     """
     try:
-        schemes.find(scheme, "paper")
+        schemes.find(scheme, "paper", events)
     except ValueError as error:
         raise GenerationError(str(error)) from None
     if precision not in PRECISIONS:
@@ -153,8 +158,9 @@ def emit_spec(
                 )
     d = Derivation(data)
     try:
-        form = schemes.velocity_form(data, scheme, velocity_constraints)
-        registered, value = schemes.find(scheme, form)
+        used = events if data.contacts else "captured"  # without contacts there are no events
+        form = schemes.velocity_form(data, scheme, velocity_constraints, used)
+        registered, value = schemes.find(scheme, form, used)
         number = int(stages) if isinstance(stages, np.integer) else stages
         plan = registered.make(d, number, value)
     except ValueError as error:
@@ -185,7 +191,8 @@ class _Builder:
         self.precision = precision
         self.writer = FunctionWriter(d, prefix, precision, plan.memory)
         self.sizes = sizes(data, plan)
-        own = scratch(runtime_file(SCRATCH), self.sizes)
+        files = SCRATCH if plan.located else SCRATCH[:1]
+        own = tuple(s for name in files for s in scratch(runtime_file(name), self.sizes, name))
         self.structs = structs(data, plan, self.sizes, own)
         self.helpers: list[CFunction] = []
         self.known_points = {s.name for s in self.structs}
@@ -206,6 +213,7 @@ class _Builder:
                 self.helpers.append(self.writer.point_function(point))
         start = self.steps(plan.start)
         problems = self.problems()
+        watch = self.steps(plan.located.watch) if plan.located else ()
         mass_tables = _mass_tables(plan.inertia)
         tables = (
             *mass_tables,
@@ -225,7 +233,8 @@ class _Builder:
             for name, arguments in PUBLIC
             if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
-        files = runtime_order()
+        located = plan.located
+        files = runtime_order(LOCATED if located else RUNTIME)
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -276,11 +285,14 @@ class _Builder:
             problems=problems,
             finish=finish,
             record=record,
+            watch=watch,
+            finish_segment=self.writer.assembly(located.finish, (_WORK,)) if located else None,
+            polynomials=self._polynomials(),
             types=runtime_source(files[:behind]),
             runtime=runtime_source(files[behind:]),
             model_runtime=runtime_source(runtime_order(MODEL_RUNTIME)),
             runtime_hash=hashlib.sha256(
-                "".join(map(runtime_file, runtime_order((*RUNTIME, *MODEL_RUNTIME)))).encode()
+                "".join(map(runtime_file, runtime_order((*LOCATED, *MODEL_RUNTIME)))).encode()
             ).hexdigest(),
             model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
@@ -288,6 +300,17 @@ class _Builder:
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
         return replace(spec, manifest_hash=manifest_hash(spec))
+
+    def _polynomials(self) -> tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]:
+        """Coefficients of the dense output by the names that they have in C."""
+        located = self.plan.located
+        if located is None:
+            return ()
+        number = self.precision.number
+        return tuple(
+            (name, tuple(tuple(number(float(x)) for x in row) for row in rows))
+            for name, rows in (("q", located.positions), ("v", located.velocities))
+        )
 
     def _zeros(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
         """Public functions with entries that are all zero, and their shapes: no C for these."""
@@ -335,7 +358,7 @@ class _Builder:
                     last_rows=(
                         self.sizes.n_g + self.sizes.n_gamma if p.last_rows is None else p.last_rows
                     ),
-                    follows=p.follows,
+                    follows=2 if p.alone else int(p.follows),
                     response=tuple(
                         (self.precision.number(a), self.precision.number(b)) for a, b in p.response
                     ),

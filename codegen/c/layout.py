@@ -25,6 +25,7 @@ CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
 EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
+MAX_EVENTS = 64  # of one step that is cut at its events
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,11 @@ class Sizes:
     n_outputs: int
     n_terms: int
     n_key: int
+    n_chain: int
+    n_x_kept: int
+    n_rows_kept: int
+    n_dense: int
+    n_events: int
     spatial: bool
 
 
@@ -99,6 +105,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
     n_rows = max(p.n_slots for p in scheme.problems) * n_R
     n_K = max(p.jacobian.K.size for p in scheme.problems)
     n_bounds = sum(c.g_N is None for c in data.contacts)
+    located = scheme.located
+    kept = scheme.problems[: located.kept if located else None]
     spatial = any(c.n_F == 2 for c in data.contacts)
     return Sizes(
         n_q=data.n_q,
@@ -132,6 +140,11 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_outputs=len(data.outputs),
         n_terms=scheme.terms.values.numel(),
         n_key=scheme.terms.key.numel() if scheme.recalls else 0,
+        n_chain=located.chain if located else len(scheme.problems),
+        n_x_kept=sum(p.n_x for p in kept),
+        n_rows_kept=sum(p.n_slots for p in kept) * n_R,
+        n_dense=scheme.stages if located else 0,
+        n_events=MAX_EVENTS if located else 0,
         spatial=spatial,
     )
 
@@ -166,12 +179,12 @@ def structs(
         Field("warm", "int", (), "differences known below; 0: the next step starts cold"),
         Field("order", "int", (), "differences that predict the next step best; -1: v"),
         Field("h_guess", "real", (), "step size of the last step"),
-        Field("x", "real", (n.n_x_total,), "stage and end velocities of the last step"),
-        Field("x_1", "real", (n.n_x_total,), "their first backward difference"),
-        Field("x_2", "real", (n.n_x_total,), "their second backward difference"),
-        Field("R", "real", (n.n_rows_total,), "percussions of the last step"),
-        Field("R_1", "real", (n.n_rows_total,), "their first backward difference"),
-        Field("R_2", "real", (n.n_rows_total,), "their second backward difference"),
+        Field("x", "real", (n.n_x_kept,), "stage and end velocities of the last step"),
+        Field("x_1", "real", (n.n_x_kept,), "their first backward difference"),
+        Field("x_2", "real", (n.n_x_kept,), "their second backward difference"),
+        Field("R", "real", (n.n_rows_kept,), "percussions of the last step"),
+        Field("R_1", "real", (n.n_rows_kept,), "their first backward difference"),
+        Field("R_2", "real", (n.n_rows_kept,), "their second backward difference"),
         Field("closed", "int", (n.n_contacts,), "contacts closed at the end of the last step"),
         Field(
             "contact", "int", (n.n_contacts,), "states of the contacts: OPEN, CLOSED, STICK, ..."
@@ -181,6 +194,16 @@ def structs(
         ),
         Field("choice", "int", (n.n_problems,), "how its percussions were chosen, see info"),
     )
+    if scheme.located:
+        options += (
+            Field("events", "int", (), "EVENTS_CAPTURED or EVENTS_LOCATED"),
+            Field("max_events", "int", (), f"events of a step, at most {n.n_events}"),
+        )
+        state += (
+            Field("t_impact", "real", (n.n_contacts,), "last located impact of each contact"),
+            Field("located", "int", (), "whether the last step was cut at its events"),
+            Field("segment", "int", (), "whether the last step was one segment, and which: 1, 2"),
+        )
     if n.n_key:
         state += (
             Field("has_terms", "int", (), "whether the terms below are known"),
@@ -202,8 +225,14 @@ def structs(
         ),
         Field("impacts", "int", (n.n_contacts,), "impacts of each contact in the step"),
     )
+    if scheme.located:
+        info += (
+            Field("captured", "int", (), "1: the rest of the step was captured, 2: all of it"),
+            Field("n_events", "int", (), "events of a located step, listed below"),
+            Field("events", "event", (n.n_events,), "the first of them"),
+        )
     event = (
-        Field("t", "real", (), "end of the step"),
+        Field("t", "real", (), "its time: the end of the step where that is captured"),
         Field("contact", "int", (), "which contact"),
         Field("kind", "int", (), "EVENT_IMPACT, EVENT_CLOSE, ..."),
         Field("P_N", "real", (), "normal percussion of the step"),
@@ -222,8 +251,8 @@ def structs(
             "counts",
             "int*",
             (),
-            "rows of 7: status, iterations, substeps, rescues, percussions, lost_impacts, impacts; "
-            "worst status, sums, all rescues, worst choice",
+            "rows of 8: status, iterations, substeps, rescues, percussions, lost_impacts, impacts, "
+            "captured; worst status, sums, all rescues, worst choice, whether any was captured",
         ),
         Field("contact", "int*", (), "rows of N_CONTACTS, states at the end of the last step"),
         Field("events", "event*", (), "changes of contact states, the first max_events of them"),
@@ -257,8 +286,8 @@ def structs(
         Struct("params", "Parameters in declared order.", params),
         Struct("options", "Options of the step.", options),
         Struct("state", "All that influences the next step; plain data.", state),
-        Struct("info", "What a step reports.", info),
         Struct("event", "A change of a contact's state.", event),
+        Struct("info", "What a step reports.", info),
         Struct(
             "record",
             "Buffers of the caller for many steps; a row stands for `every` steps.",
@@ -283,6 +312,22 @@ def _terms(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
     return (
         Field("key", "real", (n.n_key,), "values of t, q and parameters that terms depend on"),
         Field("terms", "real", (n.n_stages - 1, n.n_terms), "terms of (t, q), the later stages"),
+    )
+
+
+def _looks(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
+    if scheme.located is None:
+        return ()
+    return (
+        Field("look_t", "real", (), "where the step looks for events: time"),
+        Field("look_q", "real", (n.n_q,), "coordinates"),
+        Field("look_v", "real", (n.n_q,), "velocities"),
+        Field("gap", "real", (n.n_N,), "gaps there"),
+        Field("gap_rate", "real", (n.n_N,), "their rates"),
+        Field("slip_rate", "real", (n.n_F,), "slip velocities there"),
+        Field("guard_there", "real", (n.n_contacts,), "guards there"),
+        Field("share", "real", (n.n_F,), "friction over the normal percussion, at a stage's start"),
+        Field("given", "real", (n.n_gamma + n.n_F,), "known percussions of the first stage"),
     )
 
 
@@ -318,6 +363,7 @@ def _work(
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),
         *places,
+        *_looks(scheme, n),
         Field("Q", "real", (n.n_stages, n.n_q), "positions at the stages"),
         Field("q_end", "real", (n.n_q,), "q_{n+1}"),
         Field("v_end", "real", (n.n_q,), "v_{n+1}"),

@@ -30,6 +30,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "scheme": spec.scheme,
         "stages": spec.stages,
         "velocity_constraints": spec.velocity_constraints,
+        "events": spec.events,
         "precision": spec.precision.name,
         "explicit_time": spec.explicit_time,
         "stable_phase": spec.stable_phase,

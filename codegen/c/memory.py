@@ -1,4 +1,4 @@
-"""Scratch that the runtime declares in C (`runtime/c/sg_work.h`), with the sizes of a model."""
+"""Scratch that the runtime declares in C, e.g. in sg_work.h, with the sizes of a model."""
 
 import re
 from dataclasses import asdict
@@ -15,8 +15,8 @@ _FIELD = re.compile(
 )
 
 
-def scratch(text: str, sizes: Sizes) -> tuple[Struct, ...]:
-    """The structs of `sg_work.h`, in its order.
+def scratch(text: str, sizes: Sizes, file: str = "sg_work.h") -> tuple[Struct, ...]:
+    """The structs of a file of the runtime, in its order.
 
     Raises
     ------
@@ -31,16 +31,16 @@ def scratch(text: str, sizes: Sizes) -> tuple[Struct, ...]:
         while rest.strip():
             f = _FIELD.match(rest)
             if f is None:
-                raise ValueError(f"sg_work.h, struct {s['name']}: cannot read {rest.strip()!r}")
+                raise ValueError(f"{file}, struct {s['name']}: cannot read {rest.strip()!r}")
             names = [] if f["dims"] is None else f["dims"].split(" * ")
             if unknown := [name for name in names if name not in known]:
-                raise ValueError(f"sg_work.h, {s['name']}.{f['name']}: no size {unknown[0]}")
+                raise ValueError(f"{file}, {s['name']}.{f['name']}: no size {unknown[0]}")
             dims = tuple(known[name] for name in names)
             fields.append(Field(f["name"], f["type"], dims, _line(f["doc"])))
             rest = rest[f.end() :]
         found.append(Struct(s["name"], _line(s["doc"]), tuple(fields)))
     if len(found) != text.count("typedef"):
-        raise ValueError("sg_work.h: a typedef cannot be read")
+        raise ValueError(f"{file}: a typedef cannot be read")
     return tuple(found)
 
 

@@ -30,7 +30,7 @@ _MODEL_MACROS = (
 )
 _TEMPLATE_MACROS = (
     *("SG", "SG_K", "SG_FLOAT", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY"),
-    *("SG_UNROLLED", "SG_TABULATED"),
+    *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED"),
 )
 
 
@@ -78,7 +78,7 @@ class ProblemSpec:
     response_row: int
     gap_slots: int
     last_rows: int
-    follows: bool
+    follows: int  # 0 no, 1 the problem before, 2 what is said from outside
     n_border: int
     response: tuple[tuple[str, str], ...]
     tables: tuple[tuple[str, tuple[int, ...]], ...]
@@ -152,6 +152,9 @@ class EmitSpec:
     problems: tuple[ProblemSpec, ...]
     finish: CFunction
     record: CFunction
+    watch: tuple[Step, ...]
+    finish_segment: CFunction | None
+    polynomials: tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]
     types: str
     runtime: str
     model_runtime: str
@@ -189,6 +192,16 @@ class EmitSpec:
             ("outputs", [(f"OUTPUT_{x}", k) for k, x in enumerate(self.outputs)]),
         )
         return tuple((what, _spelled(names)) for what, names in groups if names)
+
+    @property
+    def located(self) -> bool:
+        """Whether steps can be cut at their events."""
+        return self.finish_segment is not None
+
+    @property
+    def events(self) -> str:
+        """What happens at an impact within a step, as `build` is asked for it."""
+        return "located" if self.located else "captured"
 
     @property
     def energy(self) -> tuple[CFunction, ...]:
@@ -253,6 +266,7 @@ class EmitSpec:
         sizes = struct_sizes(self.structs, real)
         written = (
             *(*self.energy, *self.helpers),
+            *((self.finish_segment,) if self.finish_segment else ()),
             *(self.finish, self.record, *self.consistency, self.initial_state),
         )
         operations = {f.name: f.operations for f in self.helpers}

@@ -38,7 +38,9 @@ QUANTITIES: dict[str, Quantity] = {
     "g_dot": Quantity("g_dot = W_g^T v + dg/dt", "velocities of the position constraints"),
     "g_rate": Quantity("dg_dot/dq v + dg_dot/dt", "part of g's second derivative without dv/dt"),
     "gamma_rate": Quantity("dgamma/dq v + dgamma/dt", "part of dgamma/dt without dv/dt"),
-    "g_N_rate": Quantity("dg_N_dot/dq v + dg_N_dot/dt", "part of g_N's second derivative without dv/dt"),
+    "g_N_rate": Quantity(
+        "dg_N_dot/dq v + dg_N_dot/dt", "part of g_N's second derivative without dv/dt"
+    ),
     "gamma_F_rate": Quantity("dgamma_F/dq v + dgamma_F/dt", "part of dgamma_F/dt without dv/dt"),
     "gamma": Quantity("gamma = W_gamma^T v + chi_gamma = 0  (13)", "velocity constraints"),
     "g_N": Quantity("g_N(t, q) >= 0", "gaps"),

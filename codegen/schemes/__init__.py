@@ -14,7 +14,10 @@ from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import Scheme
 
-__all__ = ["Registered", "find", "names", "velocity_form"]
+# What happens at an impact within a step: it is smeared over the step, or the step is cut there.
+EVENTS = ("captured", "located")
+
+__all__ = ["EVENTS", "Registered", "find", "names", "velocity_form"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class Registered:
         Form of velocity constraints: "paper", where (51) holds, or another one.
     unfit : callable (ModelData) -> str
         Why the form cannot be had for a model; "" if it can, and then it is the default.
+    events : str
+        "captured", or "located" where steps are cut at their events.
     option : tuple (default, smallest, largest) or None
         A number that is asked for as ``name=number``.
     """
@@ -39,6 +44,7 @@ class Registered:
     make: Callable[[Derivation, int, float], Scheme]
     form: str = "paper"
     unfit: Callable[[ModelData], str] | None = None
+    events: str = "captured"
     option: tuple[float, float, float] | None = None
 
 
@@ -54,7 +60,7 @@ def names() -> list[str]:
     return sorted({r.name for r in _all()})
 
 
-def find(asked: str, form: str) -> tuple[Registered, float]:
+def find(asked: str, form: str, events: str = "captured") -> tuple[Registered, float]:
     """The scheme in a form, and the value of its option.
 
     Raises
@@ -63,7 +69,11 @@ def find(asked: str, form: str) -> tuple[Registered, float]:
         If there is none of that name, or the option is out of its range.
     """
     name, _, text = str(asked).partition("=")
-    found = [r for r in _all() if r.name == name and r.form == form]
+    if events not in EVENTS:
+        raise ValueError(f"events {events!r} is unknown; choose one of: {', '.join(EVENTS)}")
+    found = [r for r in _all() if r.name == name and r.events == events and r.form in (form, "any")]
+    if not found and name in names() and events != "captured":
+        raise ValueError(f"scheme {asked!r} has no {events} events; use scheme 'lobatto'")
     if not found:
         known = (f"{n}[=number]" if find(n, "paper")[0].option else n for n in names())
         raise ValueError(f"scheme {asked!r} is unknown; there is: {', '.join(known)}")
@@ -82,7 +92,7 @@ def find(asked: str, form: str) -> tuple[Registered, float]:
     return registered, value
 
 
-def velocity_form(data: ModelData, scheme: str, asked: str | None) -> str:
+def velocity_form(data: ModelData, scheme: str, asked: str | None, events: str = "captured") -> str:
     """The form of velocity constraints in use: the best that can be had, or the one asked for.
 
     Raises
@@ -91,12 +101,21 @@ def velocity_form(data: ModelData, scheme: str, asked: str | None) -> str:
         If it is unknown, or the scheme does not have it for this model.
     """
     name = str(scheme).partition("=")[0]
-    known = sorted({r.form for r in _all()}, key=lambda form: (form != "paper", form))
+    known = sorted(
+        {r.form for r in _all() if r.form != "any"}, key=lambda form: (form != "paper", form)
+    )
     if asked is not None and asked not in known:
         raise ValueError(
             f"velocity_constraints {asked!r} is unknown; choose one of: {', '.join(known)}"
         )
-    others = [r for r in _all() if r.name == name and r.form != "paper"]
+    if events == "located":
+        if asked == "paper":
+            raise ValueError(
+                f"model '{data.name}', velocity_constraints='paper': located steps have them at "
+                "full order. Leave the option out, or take events='captured'."
+            )
+        return "full_order" if data.n_gamma or asked else "paper"
+    others = [r for r in _all() if r.name == name and r.form not in ("paper", "any")]
     reasons = {r.form: r.unfit(data) if r.unfit else "" for r in others}
     if asked is None:
         return next((form for form, reason in reasons.items() if not reason), "paper")

@@ -22,7 +22,7 @@ from signorini.codegen.program import (
     jacobian,
 )
 from signorini.codegen.schemes import Registered
-from signorini.codegen.schemes.lobatto import Lobatto, blocks
+from signorini.codegen.schemes.lobatto import Lobatto, blocks, part
 from signorini.codegen.sharing import share
 
 
@@ -94,14 +94,14 @@ class FullOrder(Lobatto):
 
     def R_g(self, i: int) -> ca.SX:
         """R_g^{i+1}: slot i."""
-        return self.percussions[i * self.n_R : i * self.n_R + self.n_g]
+        return part(self.percussions, i * self.n_R, self.n_g)
 
     def R_gamma(self, i: int) -> ca.SX:
         """R_gamma^{i+1}: that of problem 0 for the first stage, slot i - 1 for the others."""
         if i == 0:
             return self.start_percussion
         first = (i - 1) * self.n_R + self.n_g
-        return self.percussions[first : first + self.n_gamma]
+        return part(self.percussions, first, self.n_gamma)
 
     def stage_percussions(self) -> Assembly:
         rows = [x for i in range(self.s) for x in (self.R_g(i), self.R_gamma(i))]
@@ -272,8 +272,9 @@ class FullOrder(Lobatto):
             ),
         )
 
-    def whole_derivatives(self) -> Jacobian:
-        s, n, n_g, n_gamma = self.s, self.n, self.n_g, self.n_gamma
+    def whole_A(self) -> ca.SX:
+        """Derivative of all rows by V and U."""
+        s, n = self.s, self.n
         none = ca.SX(n, n)
         A = [[self._A_block(i, k) for k in range(s)] + [none] * (s - 1) for i in range(s)]
         for i in range(1, s):
@@ -284,6 +285,10 @@ class FullOrder(Lobatto):
                     block = block - self.a(i, j) * self.F_V(j, k)
                 row.append(ca.sparsify(block))
             A.append([*row, *(self.aux(i, "p_v") if k == i else none for k in range(1, s))])
+        return blocks(A)
+
+    def whole_derivatives(self) -> Jacobian:
+        s, n, n_g, n_gamma = self.s, self.n, self.n_g, self.n_gamma
 
         def weights(i: int, j: int) -> float:
             """Weight of F^j in row i: IIIB for V, then IIIA for U."""
@@ -314,7 +319,7 @@ class FullOrder(Lobatto):
         C.append([ca.SX(n_gamma, n)] * (2 * s - 1))
         return jacobian(
             "whole_derivatives",
-            blocks(A),
+            self.whole_A(),
             blocks(B),
             blocks(C),
             ca.SX(0, (2 * s - 1) * n),
@@ -357,7 +362,7 @@ class FullOrder(Lobatto):
 def _unfit(data: ModelData) -> str:
     """Why a model cannot have this form."""
     if data.contacts:
-        return "it has contacts, whose impacts this form does not know yet"
+        return "it has contacts, and their impacts need events='located', which has this form"
     return "" if data.n_gamma else "it has no velocity constraints"
 
 

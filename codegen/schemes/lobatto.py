@@ -457,4 +457,9 @@ def blocks(rows: list[list[ca.SX]]) -> ca.SX:
     return ca.vertcat(*(ca.horzcat(*row) for row in rows))
 
 
+def part(column: ca.SX, first: int, count: int) -> ca.SX:
+    """Entries of a column, as a column; a slice of a single number would be a row."""
+    return column[first : first + count] if count else ca.SX(0, 1)
+
+
 REGISTERED = Registered("lobatto", lobatto_scheme)

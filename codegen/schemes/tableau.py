@@ -84,6 +84,31 @@ def lobatto(s: int) -> Tableau:
 
 
 @cache
+def dense_positions(s: int) -> np.ndarray:
+    """Polynomials of a dense output of positions, shape (s + 2, s + 2), the constant first.
+
+    Row i < s takes the value 1 at node c_i, 0 at the others, and has slope 0 at 0 and 1; the last
+    two rows vanish at all nodes and have slope 1 at 0 or at 1.
+    """
+    with mp.workdps(DIGITS):
+        c = lobatto(s).c
+        values = [[x**k for k in range(s + 2)] for x in c]
+        slopes = [
+            [k * x ** (k - 1) if k else mp.mpf(0) for k in range(s + 2)] for x in (c[0], c[-1])
+        ]
+        inverse = mp.matrix([*values, *slopes]) ** -1
+        return np.array([[float(inverse[k, i]) for k in range(s + 2)] for i in range(s + 2)])
+
+
+@cache
+def dense_velocities(s: int) -> np.ndarray:
+    """Lagrange polynomials on the nodes, shape (s, s), the constant first."""
+    with mp.workdps(DIGITS):
+        inverse = mp.matrix([[x**k for k in range(s)] for x in lobatto(s).c]) ** -1
+        return np.array([[float(inverse[k, i]) for k in range(s)] for i in range(s)])
+
+
+@cache
 def first_instability(s: int) -> float:
     """The smallest z = h omega above 0 at which the s-stage pair amplifies q'' = -omega^2 q.
 

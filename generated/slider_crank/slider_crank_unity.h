@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: MIT-0
  */
 #undef SG
+#undef SG_BACK_ROUNDS
 #undef SG_BAND
 #undef SG_BLURRED
 #undef SG_C
@@ -21,14 +22,19 @@
 #undef SG_CHECK_FLOORS
 #undef SG_CHECK_MOST
 #undef SG_CLEARLY
+#undef SG_CLEAR_FRICTION
+#undef SG_CLEAR_PUSH
+#undef SG_COUNTS
 #undef SG_CYCLE
 #undef SG_DESCENT
+#undef SG_DIP_ROUNDS
 #undef SG_DIRECTIONS
 #undef SG_EPS
 #undef SG_FABS
 #undef SG_FINEST
 #undef SG_FLOAT
 #undef SG_FLOOR
+#undef SG_FORCE_SAMPLES
 #undef SG_GIVE
 #undef SG_GRID_MOST
 #undef SG_HELD
@@ -39,12 +45,16 @@
 #undef SG_LANDING
 #undef SG_LAST_TURNS
 #undef SG_LEAST_SHARE
+#undef SG_LOCATED
+#undef SG_LOCATE_ROUNDS
 #undef SG_MOBILITY
 #undef SG_MOST_HALVINGS
 #undef SG_NAN
 #undef SG_N_AXES
 #undef SG_N_BOUNDS
+#undef SG_N_CHAIN
 #undef SG_N_CONTACTS
+#undef SG_N_EVENTS
 #undef SG_N_G
 #undef SG_N_GAMMA
 #undef SG_N_KEY
@@ -52,10 +62,12 @@
 #undef SG_N_PROBLEMS
 #undef SG_N_Q
 #undef SG_N_R
+#undef SG_N_ROWS_KEPT
 #undef SG_N_ROWS_TOTAL
 #undef SG_N_STAGES
 #undef SG_N_TERMS
 #undef SG_N_U
+#undef SG_N_X_KEPT
 #undef SG_N_X_TOTAL
 #undef SG_PARTS
 #undef SG_PART_AGAIN
@@ -64,8 +76,13 @@
 #undef SG_POWER_CHANGE
 #undef SG_POWER_ROUNDS
 #undef SG_RANK
+#undef SG_REST
+#undef SG_ROOT_NEAR
+#undef SG_ROOT_ROUNDS
 #undef SG_ROWS_OF_SLOT
+#undef SG_SAMPLES
 #undef SG_SEARCHES
+#undef SG_SECANT_ROUNDS
 #undef SG_SMALL
 #undef SG_SOFTNESS
 #undef SG_SPATIAL
@@ -77,6 +94,7 @@
 #undef SG_TINY
 #undef SG_TOLERANCE
 #undef SG_TOLERANCE_MOST
+#undef SG_TOUCH
 #undef SG_TURNS
 #undef SG_UNROLLED
 #undef SG_WIDER
@@ -315,6 +333,8 @@
 #define sg_goes_round slider_crank_own_sg_goes_round
 #undef sg_has_mobility
 #define sg_has_mobility slider_crank_own_sg_has_mobility
+#undef sg_has_stages
+#define sg_has_stages slider_crank_own_sg_has_stages
 #undef sg_held_rows
 #define sg_held_rows slider_crank_own_sg_held_rows
 #undef sg_hold
@@ -373,6 +393,8 @@
 #define sg_linear_rows slider_crank_own_sg_linear_rows
 #undef sg_linearise
 #define sg_linearise slider_crank_own_sg_linearise
+#undef sg_locate
+#define sg_locate slider_crank_own_sg_locate
 #undef sg_lu_factor
 #define sg_lu_factor slider_crank_own_sg_lu_factor
 #undef sg_lu_is_regular
@@ -413,6 +435,8 @@
 #define sg_normal_of slider_crank_own_sg_normal_of
 #undef sg_note
 #define sg_note slider_crank_own_sg_note
+#undef sg_note_located
+#define sg_note_located slider_crank_own_sg_note_located
 #undef sg_over_axis
 #define sg_over_axis slider_crank_own_sg_over_axis
 #undef sg_past
@@ -443,6 +467,8 @@
 #define sg_phi_change slider_crank_own_sg_phi_change
 #undef sg_pivots_hold
 #define sg_pivots_hold slider_crank_own_sg_pivots_hold
+#undef sg_prepare
+#define sg_prepare slider_crank_own_sg_prepare
 #undef sg_pressing
 #define sg_pressing slider_crank_own_sg_pressing
 #undef sg_pressing_share
@@ -457,6 +483,8 @@
 #define sg_prox_parameters slider_crank_own_sg_prox_parameters
 #undef sg_radius
 #define sg_radius slider_crank_own_sg_radius
+#undef sg_range
+#define sg_range slider_crank_own_sg_range
 #undef sg_recall
 #define sg_recall slider_crank_own_sg_recall
 #undef sg_record

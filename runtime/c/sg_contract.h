@@ -21,7 +21,8 @@ typedef struct {
    of SG_N_R percussions, first unknown and first percussion of the problem in work.x and work.R,
    first row of the response table; gap_slots: in how many slots, from the first, the rows of g and
    g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows the last slot
-   has; follows: only contacts that the problem before left closed take part; n_border: size of K,
+   has; follows: 1 if only contacts that the
+   problem before left closed take part, 2 if only those that are said to; n_border: size of K,
    which has the bilateral rows and percussions, too; K, B, C, C_radius: where entries of the
    derivatives stand, B by columns. */
 typedef struct {
@@ -55,6 +56,11 @@ static void SG(evaluate_places)(real t, const real q[], const SG(params) * par,
 static void SG(evaluate_rates)(real t, const real q[], const real v[], const SG(params) * par,
                                SG(consistency) * out);
 static real SG(energy_at)(real t, const real q[], const real v[], const SG(params) * par);
+
+#if SG_LOCATED
+static void SG(watch)(SG(work) * w, const SG(params) * par);
+static void SG(finish_segment)(SG(work) * w);
+#endif
 
 #if SG_N_KEY > 0
 static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);

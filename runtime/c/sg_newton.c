@@ -111,6 +111,12 @@ static inline void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(op
                                int problem) {
     SG(values)(w, par, problem);
     sg_row_scales(w, opt, problem);
+#if SG_LOCATED
+    if (w->segment.held) {
+        sg_held_rows(w, &sg_problems[problem]);
+        return;
+    }
+#endif
     sg_contact_rows(w, problem);
 }
 

@@ -22,6 +22,7 @@ typedef SG(real) real;
 #define SG_CHECK (16384.0F * FLT_EPSILON)  /* worst residual that the checker accepts */
 #define SG_RANK (512.0F * FLT_EPSILON)     /* relative pivot below which rows are dependent */
 #define SG_SOFTNESS (256.0F * FLT_EPSILON) /* relative compliance of contradictory contacts */
+#define SG_TOUCH (1024.0F * FLT_EPSILON)   /* share of its scale within which a gap is closed */
 #define SG_GIVE (64.0F * FLT_EPSILON)      /* relative compliance of all rows along a path */
 #define SG_SMALL (8192.0F * FLT_EPSILON)   /* relative pivot below which rows may be dependent */
 #define SG_CENTRAL_END (1024.0F * FLT_EPSILON) /* smoothing where a central path ends, */
@@ -40,6 +41,7 @@ typedef SG(real) real;
 #define SG_CHECK (268435456.0 * DBL_EPSILON)
 #define SG_RANK (1048576.0 * DBL_EPSILON)
 #define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
+#define SG_TOUCH (4194304.0 * DBL_EPSILON)
 #define SG_GIVE (1024.0 * DBL_EPSILON)
 #define SG_SMALL (4294967296.0 * DBL_EPSILON)
 #define SG_CENTRAL_END (524288.0 * DBL_EPSILON)
@@ -102,6 +104,25 @@ typedef SG(real) real;
 /* The least share of the largest term that a direction's mobility, or a coordinate's scale, may be
    measured by. */
 #define SG_LEAST_SHARE SG_C(0.0009765625)
+
+/* Located events: places of a segment at which gaps and slips, and forces, are looked at; rounds to
+   find a root on the dense output, its width, rounds to find a dip, to find where a function was
+   positive, to locate an event by secants and in all; shares of force that leave no doubt; an
+   impact within this share of the step behind the last lets the contact rest. */
+#define SG_SAMPLES 16
+#define SG_FORCE_SAMPLES 2
+#define SG_ROOT_ROUNDS 40
+#define SG_ROOT_NEAR (SG_C(16.0) * SG_EPS)
+#define SG_DIP_ROUNDS 24
+#define SG_BACK_ROUNDS 20
+#define SG_SECANT_ROUNDS 10
+#define SG_LOCATE_ROUNDS 64
+#define SG_CLEAR_PUSH SG_C(0.25)
+#define SG_CLEAR_FRICTION SG_C(0.75)
+#define SG_REST SG_C(0.01)
+
+/* Numbers of a row of record.counts. */
+#define SG_COUNTS 8
 
 /* Floors of round-off within which the checker takes a row as solved. */
 #define SG_CHECK_FLOORS SG_C(64.0)

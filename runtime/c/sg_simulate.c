@@ -1,4 +1,5 @@
 #pragma once
+#include "sg_notes.c"
 #include "sg_step.c"
 
 /* Start, many steps, and the evaluation of one problem at given unknowns. */
@@ -74,26 +75,6 @@ typedef struct {
     int contact[SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1];
 } sg_before;
 
-/* The kind of event that leads contact k from one state to another, -1: none. */
-static int sg_event_kind(int before, int now, int impacts, int exists) {
-    if (impacts > 0) {
-        return SG_K(EVENT_IMPACT);
-    }
-    if (before == now || before == SG_K(UNKNOWN)) {
-        return -1;
-    }
-    if (now == SG_K(OPEN)) {
-        return exists ? SG_K(EVENT_OPEN) : SG_K(EVENT_GUARD);
-    }
-    if (before == SG_K(OPEN)) {
-        return SG_K(EVENT_CLOSE);
-    }
-    if (now == SG_K(STICK)) {
-        return SG_K(EVENT_STICK);
-    }
-    return before == SG_K(STICK) ? SG_K(EVENT_SLIP) : SG_K(EVENT_REVERSE);
-}
-
 /* Add the events of a step. */
 static void sg_note(const SG(record) * to, const sg_before *before, real t, real energy,
                     const SG(work) * w, const SG(info) * info) {
@@ -121,10 +102,23 @@ static void sg_note(const SG(record) * to, const sg_before *before, real t, real
     }
 }
 
+#if SG_LOCATED
+/* Add those of a located step, which lists them itself. */
+static void sg_note_located(const SG(record) * to, const SG(info) * info) {
+    int k;
+    for (k = 0; k < info->n_events && k < SG_N_EVENTS; ++k) {
+        if (*to->n_events < to->max_events) {
+            to->events[*to->n_events] = info->events[k];
+        }
+        ++*to->n_events;
+    }
+}
+#endif
+
 /* Counts of a step, added to those of its row. */
 static void sg_count(int *counts, int first, const SG(info) * info) {
     int k;
-    for (k = 0; k < 7 && first; ++k) {
+    for (k = 0; k < SG_COUNTS && first; ++k) {
         counts[k] = 0;
     }
     counts[0] = info->status > counts[0] ? info->status : counts[0];
@@ -136,6 +130,19 @@ static void sg_count(int *counts, int first, const SG(info) * info) {
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         counts[6] += info->impacts[k];
     }
+#if SG_LOCATED
+    counts[7] |= info->captured > 0;
+#endif
+}
+
+/* 1 if the stages in the work struct are those of the whole step. */
+static int sg_has_stages(const SG(state) * s, const SG(info) * info) {
+#if SG_LOCATED
+    return info->substeps == 0 && (!s->located || info->captured == 2 || s->segment == 1);
+#else
+    (void)s;
+    return info->substeps == 0;
+#endif
 }
 
 /* Row `row` of the record after a step; `first`: it is the first step of the row. */
@@ -162,7 +169,7 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
             first ? info->smallest_gap : sg_min(to->smallest_gap[row], info->smallest_gap);
     }
     if (to->counts != NULL) {
-        sg_count(&to->counts[row * 7], first, info);
+        sg_count(&to->counts[row * SG_COUNTS], first, info);
     }
     for (k = 0; k < SG_N_CONTACTS && to->contact != NULL; ++k) {
         to->contact[row * SG_N_CONTACTS + k] = info->contact[k];
@@ -173,8 +180,8 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
         real *stage_v = &to->stage_v[row * SG_N_STAGES * SG_N_Q];
         real *stage_R = &to->stage_R[row * SG_N_STAGES * SG_N_R];
         SG(stages)(w, stage_t, stage_q, stage_v, stage_R);
-        if (info->substeps > 0) {
-            /* those of the last substep are not those of the step */
+        if (!sg_has_stages(s, info)) {
+            /* those of the last part are not those of the step */
             sg_fill(SG_N_STAGES, SG_NAN, stage_t);
             sg_fill(SG_N_STAGES * SG_N_Q, SG_NAN, stage_q);
             sg_fill(SG_N_STAGES * SG_N_Q, SG_NAN, stage_v);
@@ -218,6 +225,12 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
                 range[0] = first ? energy : sg_min(range[0], energy);
                 range[1] = first ? energy : sg_max(range[1], energy);
             }
+#if SG_LOCATED
+            if (notes && opt->events == SG_K(EVENTS_LOCATED)) {
+                sg_note_located(record, info);
+                continue;
+            }
+#endif
             if (notes) {
                 sg_note(record, &before, s->t, energy, w, info);
             }

@@ -15,7 +15,7 @@ static void sg_cold_start(SG(work) * w, int problem) {
         w->x[pr->x + i] = w->v[i % SG_N_Q];
     }
     sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), &w->R[pr->R]);
-    if (pr->follows) {
+    if (pr->follows == 1) {
         const sg_problem *before = &sg_problems[problem - 1];
         for (slot = 0; slot < before->n_slots; ++slot) {
             for (c = 0; c < SG_N_R; ++c) {

@@ -1,293 +1,37 @@
 #pragma once
-#include "sg_solve.c"
+#include "sg_cover.c"
 
-/* One step from state to state: start, problems in turn, check, substeps as the last resort. */
+/* One step from state to state. */
 
-static int sg_is_coefficient(real x, real top) { return x >= SG_C(0.0) && x <= top; }
-
-/* Contacts closed at the end of the step: the sign of (67), within the rounding band closed. */
-static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
-    int k, slot;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        int closed = sg_contacts[k].normal < 0;
-        int pushed = 0;
-        const int n = SG_NORMAL + sg_contacts[k].normal;
-        for (slot = 0; slot < pr->n_slots && !closed; ++slot) {
-            const int row = slot * SG_N_R + n;
-            const real percussion = w->R[pr->R + row];
-            const int last = slot + 1 == pr->n_slots;
-            pushed = pushed || percussion > SG_BAND * w->scales.phi_floor[row];
-            if (last || opt->active_set != SG_K(ACTIVE_END)) {
-                closed = sg_is_closed(w->scales.r_auto[row] * w->y[row] - percussion,
-                                      SG_BAND * w->scales.phi_floor[row]);
-            }
-        }
-        w->found.active[k] = closed && w->found.exists[k];
-        if (pushed && !w->found.active[k]) {
-            ++info->lost_impacts;
-        }
-    }
-}
-
-/* Smallest gap at any stage of the position problem. */
-static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
-    int k, slot;
-    for (slot = 0; slot < pr->gap_slots; ++slot) {
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            if (sg_contacts[k].normal >= 0 && w->found.exists[k]) {
-                const real gap = w->y[slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal];
-                info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;
-            }
-        }
-    }
-}
-
-/* Terms of (t_n, q_n): the step before left them in the state, unless something changed since. */
-static void sg_recall(SG(work) * w, const SG(params) * par) {
-#if SG_N_KEY > 0
-    SG(state) *s = &w->trial;
-    int k;
-    SG(key)(w->t, w->q, par, w->key);
-    for (k = 0; k < SG_N_KEY; ++k) {
-        s->has_terms = s->has_terms && s->key[k] == w->key[k];
-    }
-    if (!s->has_terms) {
-        SG(evaluate_terms)(w->t, w->q, par, s->terms);
-        sg_copy(SG_N_KEY, w->key, s->key);
-        s->has_terms = 1;
-    }
-#else
-    (void)w;
-    (void)par;
+#if SG_LOCATED
+/* A step that is cut at its events (sg_located.c). */
+static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+                     const SG(options) * opt, real h);
 #endif
-}
-
-/* Everything that is known at the start of a step of size h from the trial state at time t. */
-static void sg_begin(SG(work) * w, const SG(params) * par, real t, real h) {
-    w->t = t;
-    w->h = h;
-    sg_copy(SG_N_Q, w->trial.q, w->q);
-    sg_copy(SG_N_Q, w->trial.v, w->v);
-    sg_recall(w, par);
-    SG(start)(w, par);
-}
-
-/* Keep the terms of the end of the step, and what they belong to. */
-static void sg_retain(SG(work) * w, const SG(params) * par) {
-#if SG_N_KEY > 0
-    SG(key)(w->t + w->h, w->q_end, par, w->trial.key);
-    sg_copy(SG_N_TERMS, &w->terms[(SG_N_STAGES - 2) * SG_N_TERMS], w->trial.terms);
-    w->trial.has_terms = 1;
-#else
-    (void)w;
-    (void)par;
-#endif
-}
-
-/* Solve the step of size h from the trial state at time t; the result stays in the work struct. */
-static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                      SG(info) * info, real t, real h, int effort, int end) {
-    const SG(state) *s = &w->trial;
-    int problem, k, status;
-    int warm;
-    sg_begin(w, par, t, h);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        if (!sg_is_coefficient(w->mu[k], SG_HUGE) || !sg_is_coefficient(w->e_N[k], SG_C(1.0)) ||
-            !sg_is_coefficient(w->e_F[k], SG_C(1.0))) {
-            return SG_K(BAD_ARGUMENT);
-        }
-        w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
-        w->found.active[k] = w->found.exists[k];
-    }
-    if (!sg_elliptic_begin(w)) {
-        return SG_K(BAD_ARGUMENT);
-    }
-    if (!sg_all_finite(sg_table[sg_mass.start + SG_N_Q], w->mass) || !sg_all_finite(SG_N_Q, w->p) ||
-        !sg_all_finite(SG_N_Q, w->force_size) || !sg_all_finite(SG_N_CONTACTS, w->guard)) {
-        return SG_K(NONFINITE);
-    }
-    if (!sg_masses(w)) {
-        return SG_K(SINGULAR);
-    }
-    warm = s->warm && s->h_guess == h;
-    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
-        status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
-        if (status != SG_K(OK)) {
-            w->found.stuck = problem;
-            return status;
-        }
-        if (problem + 1 < SG_N_PROBLEMS && sg_problems[problem + 1].follows) {
-            sg_activity(w, opt, info, problem);
-            if (!sg_check_active(w, opt, problem)) {
-                w->found.stuck = problem;
-                return SG_K(REJECTED);
-            }
-        }
-        sg_smallest_gap(w, info, problem);
-    }
-    SG(finish)(w);
-    return sg_all_finite(SG_N_Q, w->q_end) && sg_all_finite(SG_N_Q, w->v_end) ? SG_K(OK)
-                                                                              : SG_K(NONFINITE);
-}
-
-/* Backward differences of the solutions of steps of the same size and contact state, and the order
-   to which they would have predicted this one best; -1 where the velocities are those of the
-   step's start but for round-off. Differences of that size predict nothing: followed from step to
-   step they would grow, and have to be corrected. */
-static void sg_remember(SG(state) * s, const SG(work) * w, int same) {
-    const int known = same && s->h_guess == w->h ? s->warm : 0;
-    real error[3];
-    real noise = SG_C(0.0);
-    real apart = SG_C(0.0);
-    int i, j;
-    sg_fill(3, SG_C(0.0), error);
-    if (known > 0) {
-        for (i = 0; i < SG_N_X_TOTAL; i += SG_N_Q) {
-            for (j = 0; j < SG_N_Q; ++j) {
-                const real d_1 = w->x[i + j] - s->x[i + j];
-                const real d_2 = d_1 - s->x_1[i + j];
-                const real d_3 = d_2 - s->x_2[i + j];
-                /* velocities of the stages are as rough as the positions over the step size */
-                noise += SG_FLOOR * (w->scales.pace[j] + SG_FABS(w->q[j]) / w->h) *
-                         w->masses.root_inertia[j];
-                apart += SG_FABS(w->x[i + j] - w->v[j]) * w->masses.root_inertia[j];
-                error[0] += SG_FABS(d_1) * w->masses.root_inertia[j];
-                error[1] += SG_FABS(d_2) * w->masses.root_inertia[j];
-                error[2] += SG_FABS(d_3) * w->masses.root_inertia[j];
-                s->x[i + j] = w->x[i + j];
-                s->x_1[i + j] = d_1;
-                s->x_2[i + j] = d_2;
-            }
-        }
-        for (i = 0; i < SG_N_ROWS_TOTAL; ++i) {
-            const real d_1 = w->R[i] - s->R[i];
-            s->R_2[i] = d_1 - s->R_1[i];
-            s->R_1[i] = d_1;
-            s->R[i] = w->R[i];
-        }
-    } else {
-        /* at first velocities move on by the change of v */
-        for (i = 0; i < SG_N_X_TOTAL; ++i) {
-            s->x[i] = w->x[i];
-            s->x_1[i] = w->v_end[i % SG_N_Q] - w->v[i % SG_N_Q];
-            s->x_2[i] = SG_C(0.0);
-        }
-        for (i = 0; i < SG_N_ROWS_TOTAL; ++i) {
-            s->R[i] = w->R[i];
-            s->R_1[i] = SG_C(0.0);
-            s->R_2[i] = SG_C(0.0);
-        }
-    }
-    s->order = (known > 0 && !(error[1] < SG_C(0.5) * error[0])) ? 0 : 1;
-    if (known > 1 && s->order > 0 && error[2] < SG_C(0.5) * error[1]) {
-        s->order = 2;
-    }
-    if (known > 0 && error[0] <= noise) {
-        s->order = apart <= noise ? -1 : 0;
-    }
-    s->warm = !same ? 0 : known < 2 ? known + 1 : 2;
-}
-
-/* State of contact k at the end of the (sub)step, from its rows in the last problem. */
-static int sg_contact_state(const SG(work) * w, int k) {
-    const sg_problem *pr = &sg_problems[SG_N_PROBLEMS - 1];
-    const sg_contact *contact = &sg_contacts[k];
-    const int base = (pr->n_slots - 1) * SG_N_R;
-    const int f = SG_SLIP + contact->friction;
-    const real *slip = &w->found.y[pr->R + base + f];
-    if (contact->normal >= 0 &&
-        (!w->found.active[k] || w->rows.kind[base + SG_NORMAL + contact->normal] == SG_ROW_ZERO)) {
-        return SG_K(OPEN);
-    }
-    if (contact->components == 0) {
-        return SG_K(CLOSED);
-    }
-    if (w->rows.kind[base + f] == SG_ROW_FREE ||
-        !(sg_norm(contact->components, slip) > SG_FLOOR * w->scales.speed[f])) {
-        return SG_K(STICK);
-    }
-    return contact->components == 1 && slip[0] < SG_C(0.0) ? SG_K(SLIP_BACK) : SG_K(SLIP);
-}
-
-/* 1 if the gap of contact k was closing at the start of the (sub)step, beyond round-off. */
-static int sg_approaches(const SG(work) * w, int k) {
-    const int n = SG_NORMAL + sg_contacts[k].normal;
-    const real rate = w->drift[n] + sg_row_dot(&sg_direction, w->direction, n, w->v);
-    return rate < -SG_CHECK * w->scales.speed[n];
-}
-
-/* Take over the end of the step; where contacts opened, closed or impacted the next starts cold. */
-static void sg_commit(SG(work) * w, const SG(params) * par, SG(info) * info) {
-    SG(state) *s = &w->trial;
-    int k;
-    int same = 1;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const int closed = w->found.active[k];
-        const int now = sg_contact_state(w, k);
-        if (closed != s->closed[k]) {
-            same = 0;
-        }
-        if (sg_contacts[k].normal >= 0 && now != SG_K(OPEN) && s->contact[k] <= SG_K(OPEN) &&
-            sg_approaches(w, k)) {
-            ++info->impacts[k];
-        }
-        s->closed[k] = closed;
-        s->contact[k] = now;
-        info->contact[k] = now;
-    }
-    sg_remember(s, w, same);
-    sg_copy(SG_N_Q, w->q_end, s->q);
-    sg_copy(SG_N_Q, w->v_end, s->v);
-    sg_retain(w, par);
-    s->h_guess = w->h;
-    for (k = 0; k < SG_N_PROBLEMS; ++k) {
-        s->states[k] = w->found.states[k];
-        s->choice[k] = w->found.choice[k];
-    }
-}
-
-static void sg_reset_info(SG(info) * info) {
-    int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        info->contact[k] = SG_K(UNKNOWN);
-        info->impacts[k] = 0;
-    }
-    info->status = SG_K(OK);
-    info->iterations = 0;
-    info->substeps = 0;
-    info->rescues = 0;
-    info->percussions = SG_UNIQUE;
-    info->lost_impacts = 0;
-    info->residual = SG_C(0.0);
-    info->smallest_gap = SG_HUGE;
-    sg_fill(SG_N_R, SG_C(0.0), info->P);
-}
-
-/* Report anew, but for the iterations. */
-static void sg_forget(SG(info) * info) {
-    const int used = info->iterations;
-    sg_reset_info(info);
-    info->iterations = used;
-}
 
 static void sg_reset_guess(SG(state) * s) {
     int k;
-    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x);
-    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R);
+    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x);
+    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R);
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         s->closed[k] = 0;
         s->contact[k] = SG_K(UNKNOWN);
     }
-    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x_1);
-    sg_fill(SG_N_X_TOTAL, SG_C(0.0), s->x_2);
-    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R_1);
-    sg_fill(SG_N_ROWS_TOTAL, SG_C(0.0), s->R_2);
+    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x_1);
+    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x_2);
+    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R_1);
+    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R_2);
     for (k = 0; k < SG_N_PROBLEMS; ++k) {
         s->states[k] = 0;
         s->choice[k] = SG_UNIQUE;
     }
+#if SG_LOCATED
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        s->t_impact[k] = -SG_HUGE;
+    }
+    s->located = 0;
+    s->segment = 0;
+#endif
     s->warm = 0;
     s->order = 0;
     s->h_guess = SG_C(0.0);
@@ -319,7 +63,13 @@ static int sg_are_options(const SG(options) * opt) {
            opt->max_halvings >= 0 && opt->max_halvings <= SG_MOST_HALVINGS &&
            (opt->active_set == SG_K(ACTIVE_ANY_STAGE) || opt->active_set == SG_K(ACTIVE_END)) &&
            (opt->scaling == SG_K(SCALING_ROWS) ||
-            (opt->scaling == SG_K(SCALING_NONE) && opt->tol > SG_C(0.0)));
+            (opt->scaling == SG_K(SCALING_NONE) && opt->tol > SG_C(0.0)))
+#if SG_LOCATED
+           && (opt->events == SG_K(EVENTS_CAPTURED) ||
+               (opt->events == SG_K(EVENTS_LOCATED) && opt->scaling == SG_K(SCALING_ROWS))) &&
+           opt->max_events >= 1 && opt->max_events <= SG_N_EVENTS
+#endif
+        ;
 }
 
 /* 1 unless an argument of a step is none. */
@@ -328,16 +78,6 @@ static int sg_may_step(const SG(state) * s, const SG(work) * w, const SG(info) *
     return s != NULL && w != NULL && info != NULL && par != NULL && opt != NULL &&
            (SG_N_U == 0 || u != NULL) && h > SG_C(0.0) && sg_finite(h) && sg_are_options(opt) &&
            (!sg_finite(s->t) || sg_finite(s->t + h));
-}
-
-/* Iterations that a step may have used at the end of an effort: by the whole step, by it again with
-   contacts said to hold, by substeps. */
-static int sg_end_of(const SG(options) * opt, int effort) {
-    const int total = opt->max_iterations;
-    const int part = effort == SG_WHOLE                            ? SG_PART_WHOLE
-                     : effort == SG_AGAIN && opt->max_halvings > 0 ? SG_PART_AGAIN
-                                                                   : SG_PARTS;
-    return total - total / SG_PARTS * (SG_PARTS - part);
 }
 
 /* The time behind a step of size h: t_n = t_0 + n h without a running sum, as long as h stays and
@@ -351,52 +91,6 @@ static void sg_tick(SG(work) * w, const SG(state) * s, real h) {
     }
     w->trial.n_grid += SG_C(1.0);
     w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
-}
-
-/* Cover the step of size h from *s by solved (sub)steps, in w->trial. Returns the status of the one
-   that could not be solved, or OK. */
-static int sg_cover(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
-                    const SG(options) * opt, real h) {
-    const int rest = SG_FINEST; /* the position in the step is counted in units of h / SG_FINEST */
-    int effort = SG_WHOLE;
-    int done = 0;
-    int level = 0;
-    int stride = rest;
-    int j;
-    while (done < rest) {
-        const real t = s->t + h * ((real)done / (real)rest);
-        const int status = sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort,
-                                      sg_end_of(opt, effort));
-        if (status == SG_K(OK)) {
-            done += stride;
-            sg_commit(w, par, info);
-            for (j = 0; j < SG_N_R; ++j) {
-                info->P[j] += w->P[j];
-            }
-            if (level > 0) {
-                ++info->substeps;
-                if (done % (2 * stride) == 0) {
-                    stride *= 2;
-                    --level;
-                }
-            }
-        } else if ((status == SG_K(NOT_CONVERGED) || status == SG_K(REJECTED)) &&
-                   effort == SG_WHOLE) {
-            effort = SG_AGAIN;
-            sg_forget(info);
-        } else if (status != SG_K(BAD_ARGUMENT) && level < opt->max_halvings) {
-            if (level == 0) {
-                sg_forget(info); /* what is reported is of the substeps alone */
-            }
-            effort = SG_SUBSTEP;
-            stride /= 2;
-            ++level;
-        } else {
-            sg_forget(info); /* nothing is reported of a step that is not taken */
-            return status;
-        }
-    }
-    return SG_K(OK);
 }
 
 int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
@@ -420,7 +114,13 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
     for (j = 0; j < SG_N_U; ++j) {
         w->u[j] = u[j];
     }
-    status = sg_cover(w, s, info, par, opt, h);
+#if SG_LOCATED
+    status = opt->events == SG_K(EVENTS_LOCATED) ? sg_locate(w, s, info, par, opt, h)
+                                                 : sg_cover(w, s->t, info, par, opt, h);
+    w->trial.located = opt->events == SG_K(EVENTS_LOCATED);
+#else
+    status = sg_cover(w, s->t, info, par, opt, h);
+#endif
     if (status != SG_K(OK)) {
         info->status = status;
         return status;

@@ -1,0 +1,176 @@
+#pragma once
+#include "sg_events.c"
+
+/* Events of forces: a contact lets go, friction reaches the boundary of its set. */
+
+/* What is known at the segment's start, kept while forces are found elsewhere. */
+static void sg_keep_start(SG(work) * w) {
+    sg_copy(SG_N_Q, w->segment.acceleration, w->segment.start_acceleration);
+    sg_copy(SG_N_R, w->segment.force, w->segment.start_force);
+    sg_copy(SG_N_BOUNDS, w->segment.bound, w->segment.start_bound);
+    sg_copy(SG_N_F, w->segment.direction, w->segment.start_direction);
+}
+
+/* Forces in the present modes. Where rows depend on each other those of least norm may pull or
+   leave their sets although others do not: then the contact problem is asked, and counts if it says
+   that all stay in their modes. */
+static int sg_find_any_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              SG(info) * info) {
+    int mode[SG_N_CONTACTS];
+    int status = sg_find_forces(w, par, opt, info);
+    int same = 1;
+    int k;
+    if (status != SG_K(OK) || w->system.deficiency <= 0 || sg_forces_fit(w, -1)) {
+        return status;
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        mode[k] = w->segment.mode[k];
+    }
+    sg_measure_motion(w, w->segment.h);
+    status = sg_seek_modes(w, par, opt, info);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        same = same && mode[k] == w->segment.mode[k];
+        w->segment.mode[k] = mode[k];
+    }
+    if (status == SG_K(OK) && same) {
+        return status;
+    }
+    sg_measure_motion(w, w->segment.h);
+    return sg_find_forces(w, par, opt, info);
+}
+
+/* Prepare the step at a place other than the segment's start, with the slips that are there. */
+static int sg_visit(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                    real t, const real q[], const real v[]) {
+    int status, k;
+    w->segment.prepared = 0;
+    w->segment.known = 0;
+    sg_copy(SG_N_Q, q, w->trial.q);
+    sg_copy(SG_N_Q, v, w->trial.v);
+    status = sg_prepare(w, par, t, w->segment.h);
+    sg_look(w, par, t, w->trial.q, w->trial.v);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->found.exists[k] = w->segment.exists[k];
+        w->segment.mu[k] = w->mu[k];
+        if (sg_contacts[k].components == 2 && sg_rubs(w, k) && sg_slips_in(w->segment.mode[k]) &&
+            sg_slip_size(w, k) > SG_C(1.0)) {
+            const int f = sg_contacts[k].friction;
+            (void)sg_friction_slip(w, k, &w->slip_rate[f], &w->segment.direction[f]);
+        }
+    }
+    return status == SG_K(OK) ? sg_find_any_forces(w, par, opt, info) : status;
+}
+
+/* Back to the segment's start. */
+static int sg_return(SG(work) * w, const SG(params) * par) {
+    int status = SG_K(OK);
+    if (!w->segment.prepared) {
+        int k;
+        sg_copy(SG_N_Q, w->segment.q, w->trial.q);
+        sg_copy(SG_N_Q, w->segment.v, w->trial.v);
+        status = sg_prepare(w, par, w->segment.t, w->segment.h);
+        sg_look(w, par, w->segment.t, w->trial.q, w->trial.v);
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            w->found.exists[k] = w->segment.exists[k];
+            w->segment.mu[k] = w->mu[k];
+        }
+        sg_copy(SG_N_Q, w->segment.start_acceleration, w->segment.acceleration);
+        sg_copy(SG_N_R, w->segment.start_force, w->segment.force);
+        sg_copy(SG_N_BOUNDS, w->segment.start_bound, w->segment.bound);
+        sg_copy(SG_N_F, w->segment.start_direction, w->segment.direction);
+        w->segment.prepared = 1;
+    }
+    return status;
+}
+
+/* 1 if the percussions of the segment leave no doubt that contacts press and stick all along. */
+static int sg_press_clearly(const SG(work) * w) {
+    const int problem = w->segment.rubs ? SG_SEGMENT : 0;
+    const sg_problem *pr = &sg_problems[problem];
+    int slot, k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const sg_contact *contact = &sg_contacts[k];
+        real least = SG_HUGE;
+        real most = SG_C(0.0);
+        for (slot = 0; slot < pr->n_slots && sg_holds(w, k); ++slot) {
+            const real *R = &w->R[pr->R + slot * SG_N_R];
+            const real radius = sg_radius(w, slot * SG_N_R, k, &w->R[pr->R]);
+            if (contact->normal >= 0) {
+                const real push = R[SG_NORMAL + contact->normal];
+                least = sg_min(least, push);
+                most = sg_max(most, push);
+            }
+            if (slot > 0 && sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k]) &&
+                !(sg_friction_size(w, k, &R[SG_SLIP + contact->friction]) <
+                  SG_CLEAR_FRICTION * radius)) {
+                return 0;
+            }
+        }
+        if (contact->normal >= 0 && sg_holds(w, k) && !(least > SG_CLEAR_PUSH * most)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* The event function of forces that has fallen to zero first, between the values at a place before
+   and those found now; its share between them comes into *event. Contacts whose function is not
+   clearly negative have none. */
+static void sg_force_falls(SG(work) * w, const real before[], sg_happening *first) {
+    int i, k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (i = 0; i < 2; ++i) {
+            const int what = i == 0 ? SG_FORCE_ENDS : SG_SLIP_BEGINS;
+            if (sg_may_happen(w, what, k)) {
+                const real now = sg_force_value(w, what, k);
+                const real then = before[2 * k + i];
+                const real at = then > now ? sg_max(then, SG_C(0.0)) / (then - now) : SG_C(0.0);
+                if (now < -SG_BAND * sg_event_floor(w, what, k) && at < first->at) {
+                    first->what = what;
+                    first->contact = k;
+                    first->at = at;
+                }
+            }
+        }
+    }
+}
+
+static void sg_keep_force_values(const SG(work) * w, real values[]) {
+    int k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        values[2 * k] =
+            sg_may_happen(w, SG_FORCE_ENDS, k) ? sg_force_value(w, SG_FORCE_ENDS, k) : SG_C(0.0);
+        values[2 * k + 1] =
+            sg_may_happen(w, SG_SLIP_BEGINS, k) ? sg_force_value(w, SG_SLIP_BEGINS, k) : SG_C(0.0);
+    }
+}
+
+/* Earliest event of forces up to the share `end`, looked for at both ends and `SG_FORCE_SAMPLES` -
+   1 places between. */
+static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                            SG(info) * info, real end, sg_happening *first) {
+    real before[2 * SG_N_CONTACTS];
+    int status = SG_K(OK);
+    int j;
+    first->what = SG_NOTHING;
+    for (j = 0; j <= SG_FORCE_SAMPLES && status == SG_K(OK); ++j) {
+        const real x = end * (real)j / (real)SG_FORCE_SAMPLES;
+        real q[SG_N_Q], v[SG_N_Q];
+        sg_dense(w, x, q, v);
+        status = sg_visit(w, par, opt, info, w->segment.t + x * w->segment.span, q, v);
+        if (status == SG_K(OK) && j > 0) {
+            first->at = SG_C(2.0);
+            sg_force_falls(w, before, first);
+            if (first->what != SG_NOTHING) {
+                const real a = end * (real)(j - 1) / (real)SG_FORCE_SAMPLES;
+                const real now = sg_force_value(w, first->what, first->contact);
+                const int i = 2 * first->contact + (first->what == SG_SLIP_BEGINS);
+                first->slope = (now - before[i]) / (x - a);
+                first->at = a + first->at * (x - a);
+                return status;
+            }
+        }
+        sg_keep_force_values(w, before);
+    }
+    return status;
+}

@@ -1,0 +1,321 @@
+#pragma once
+#include "sg_strike.c"
+#include "sg_step.c"
+
+/* A step that is cut at its events: impacts and changes of modes happen at one place and time, what
+   lies between is smooth. Where that cannot be decided, the rest of the step or all of it is taken
+   as if nothing had been looked for. */
+
+/* What an event does to its contact before modes are chosen; -1 if they are to be sought. */
+static int sg_impose(SG(work) * w, const sg_happening *event) {
+    const int k = event->contact;
+    const sg_contact *contact = &sg_contacts[k];
+    int d;
+    switch (event->what) {
+        case SG_FORCE_ENDS:
+            w->segment.mode[k] = SG_K(OPEN);
+            return k;
+        case SG_SLIP_BEGINS:
+            for (d = 0; d < contact->components; ++d) {
+                w->segment.direction[contact->friction + d] =
+                    -w->segment.force[SG_SLIP + contact->friction + d];
+            }
+            (void)sg_friction_slip(w, k, &w->segment.direction[contact->friction],
+                                   &w->segment.direction[contact->friction]);
+            w->segment.mode[k] =
+                contact->components == 1 && w->segment.direction[contact->friction] < SG_C(0.0)
+                    ? SG_K(SLIP_BACK)
+                    : SG_K(SLIP);
+            return k;
+        case SG_GUARD_TURNS:
+            w->segment.exists[k] = !w->segment.exists[k];
+            return -1;
+        default:
+            return -1;
+    }
+}
+
+/* Value of an event function at the end of the segment just solved. */
+static int sg_value_at_end(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                           SG(info) * info, const sg_happening *event, real *value, real *rate) {
+    const real t = w->segment.t + w->segment.span;
+    int status = SG_K(OK);
+    if (event->what == SG_FORCE_ENDS || event->what == SG_SLIP_BEGINS) {
+        status = sg_visit(w, par, opt, info, t, w->q_end, w->v_end);
+        *value = sg_force_value(w, event->what, event->contact);
+        *rate = SG_C(0.0);
+    } else {
+        sg_look(w, par, t, w->q_end, w->v_end);
+        *value = sg_event_value(w, event->what, event->contact, rate);
+    }
+    return status;
+}
+
+/* The next size to try for an event: Newton's or the secant's, within the bracket; its middle where
+   that leads out of it, or where the function is not smooth. */
+static real sg_next_size(real tau, real value, real slope, real low, real high, int bisect) {
+    const real next = slope < SG_C(0.0) ? tau - value / slope : high;
+    return bisect || !(next > low && next < high) ? SG_C(0.5) * (low + high) : next;
+}
+
+/* Locate an event that the dense output shows: solve the segment up to it, until its function
+   vanishes at the end. The segment just solved has the size `rest`. */
+static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                  const sg_happening *event, real rest) {
+    const real noise = SG_C(4.0) * SG_EPS * (SG_FABS(w->segment.t) + w->segment.h);
+    real tau = event->at * rest;
+    real slope = event->slope / rest;
+    real before = SG_C(0.0);
+    real last = rest; /* size for which the unknowns stand */
+    real low = SG_C(0.0);
+    real high = rest;
+    int round;
+    for (round = 0; round < SG_LOCATE_ROUNDS && tau > SG_C(0.0); ++round) {
+        real value, rate, next;
+        int status = sg_return(w, par);
+        if (status == SG_K(OK)) {
+            status = sg_solve_segment(w, par, opt, info, tau, last);
+        }
+        if (status == SG_K(OK)) {
+            status = sg_value_at_end(w, par, opt, info, event, &value, &rate);
+        }
+        if (status != SG_K(OK)) {
+            return status;
+        }
+        if (rate < SG_C(0.0)) {
+            slope = rate;
+        } else if (round > 0 && (value - before) / (tau - last) < SG_C(0.0)) {
+            slope = (value - before) / (tau - last);
+        }
+        if (value > SG_C(0.0)) {
+            low = tau;
+        } else {
+            high = tau;
+        }
+        next = sg_next_size(tau, value, slope, low, high, round >= SG_SECANT_ROUNDS);
+        if (SG_FABS(value) <= sg_event_floor(w, event->what, event->contact) ||
+            SG_FABS(next - tau) <= noise || high - low <= noise) {
+            return SG_K(OK);
+        }
+        before = value;
+        last = tau;
+        tau = next;
+    }
+    return SG_K(NOT_CONVERGED);
+}
+
+/* Unknowns of the segment that the next step starts from. */
+static sg_range sg_range_of(const SG(work) * w) {
+    const sg_problem *first = &sg_problems[w->segment.rubs ? SG_SEGMENT : 0];
+    const sg_problem *last = &sg_problems[w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1];
+    sg_range of;
+    of.x = first->x;
+    of.x_end = last->x + last->n_x;
+    of.R = first->R;
+    of.R_end = last->R + last->n_slots * SG_N_R;
+    return of;
+}
+
+/* 1 if contacts end the segment in the states in which the step before ended. */
+static int sg_goes_on(const SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        if (w->trial.contact[k] != w->segment.mode[k]) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Take over the end of the segment just solved. `whole`: it is all of the step. */
+static void sg_take_segment(SG(work) * w, const SG(params) * par, SG(info) * info, int whole) {
+    SG(state) *s = &w->trial;
+    const sg_range of = sg_range_of(w);
+    int k;
+    for (k = 0; k < SG_N_R; ++k) {
+        w->segment.P[k] += w->P[k];
+    }
+    /* forces may have been looked for elsewhere since */
+    sg_copy(SG_N_Q, w->segment.q, w->q);
+    sg_copy(SG_N_Q, w->segment.v, w->v);
+    w->t = w->segment.t;
+    w->h = w->segment.span;
+    if (whole) {
+        s->warm = s->segment == 1 + w->segment.rubs ? s->warm : 0;
+        sg_remember(s, w, sg_goes_on(w), &of);
+        s->h_guess = w->h;
+        s->segment = 1 + w->segment.rubs;
+    } else {
+        s->warm = 0;
+        s->order = 0;
+        s->segment = 0;
+    }
+    sg_smallest_gap(w, info, w->segment.rubs ? SG_SEGMENT : 0);
+    sg_copy(SG_N_Q, w->q_end, s->q);
+    sg_copy(SG_N_Q, w->v_end, s->v);
+    sg_retain(w, par);
+}
+
+/* One segment from the place where the step stands, at most of size `rest`; *event says what ends
+ * it.
+ */
+static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                   real rest, sg_happening *event) {
+    sg_happening force;
+    int status;
+    if (w->segment.known) {
+        sg_measure_motion(w, rest);
+    }
+    sg_keep_start(w);
+    sg_keep_sight(w);
+    status = sg_solve_segment(w, par, opt, info, rest, SG_C(0.0));
+    if (status != SG_K(OK)) {
+        return status;
+    }
+    if (!sg_detect_motion(w, par, event)) {
+        return SG_K(REJECTED);
+    }
+    if (!sg_press_clearly(w)) {
+        status = sg_detect_forces(w, par, opt, info, sg_min(event->at, SG_C(1.0)), &force);
+        if (status != SG_K(OK)) {
+            return status;
+        }
+        if (force.what != SG_NOTHING) {
+            *event = force;
+        }
+        status = sg_return(w, par);
+    }
+    if (status == SG_K(OK) && event->what != SG_NOTHING) {
+        status = sg_pin(w, par, opt, info, event, rest);
+    }
+    return status;
+}
+
+/* The rest of the step as if nothing were looked for; if that fails, all of it. */
+static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+                      const SG(options) * opt, real h, real done) {
+    int status, j, k;
+    const real energy = SG(energy_at)(s->t + done, w->trial.q, w->trial.v, par);
+    if (done > SG_C(0.0)) {
+        w->trial.warm = 0;
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->segment.before[k] = done > SG_C(0.0) ? w->segment.mode[k] : s->contact[k];
+        w->trial.contact[k] = w->segment.before[k];
+        w->trial.closed[k] = w->segment.before[k] > SG_K(OPEN);
+    }
+    info->captured = done > SG_C(0.0) ? 1 : 2;
+    info->iterations = 0;
+    status = sg_cover(w, s->t + done, info, par, opt, h - done);
+    if (status != SG_K(OK) && done > SG_C(0.0)) {
+        w->trial = *s;
+        info->captured = 2;
+        info->n_events = 0;
+        info->iterations = 0;
+        sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            w->segment.impacts[k] = 0;
+            w->segment.before[k] = s->contact[k];
+        }
+        status = sg_cover(w, s->t, info, par, opt, h);
+    }
+    if (status == SG_K(OK)) {
+        const real after = SG(energy_at)(s->t + h, w->trial.q, w->trial.v, par);
+        for (j = 0; j < SG_N_R; ++j) {
+            info->P[j] += w->segment.P[j];
+        }
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            const int kind = sg_event_kind(w->segment.before[k], info->contact[k], info->impacts[k],
+                                           w->found.exists[k]);
+            if (kind >= 0) {
+                sg_tell(info, w, s->t + h, k, kind,
+                        kind == SG_K(EVENT_IMPACT) ? after - energy : SG_C(0.0), info->P);
+            }
+            info->impacts[k] += w->segment.impacts[k];
+        }
+    }
+    return status;
+}
+
+/* Report the end of a step of which nothing was captured. */
+static void sg_report(SG(work) * w, SG(info) * info) {
+    int k;
+    sg_copy(SG_N_R, w->segment.P, info->P);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        info->contact[k] = w->segment.mode[k];
+        info->impacts[k] = w->segment.impacts[k];
+        w->trial.contact[k] = w->segment.mode[k];
+        w->trial.closed[k] = w->segment.mode[k] > SG_K(OPEN);
+    }
+}
+
+/* The trial state is the segment's start, wherever forces were looked for. */
+static void sg_go_back(SG(work) * w) {
+    if (!w->segment.prepared) {
+        sg_copy(SG_N_Q, w->segment.q, w->trial.q);
+        sg_copy(SG_N_Q, w->segment.v, w->trial.v);
+        w->segment.prepared = 1;
+    }
+}
+
+static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+                     const SG(options) * opt, real h) {
+    const real least = SG_C(64.0) * SG_EPS * (SG_FABS(s->t) + h);
+    real done = SG_C(0.0);
+    int but = -1;
+    int sought = !s->located;
+    int tries = 0;
+    int events, k;
+    sg_look(w, par, s->t, s->q, s->v);
+    w->segment.held = 0;
+    w->segment.h = h;
+    sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->segment.exists[k] = !sg_contacts[k].guarded || w->guard_there[k] >= SG_C(0.0);
+        w->segment.mode[k] = s->contact[k];
+        w->segment.impacts[k] = 0;
+    }
+    for (events = 0; done < h && events <= opt->max_events; ++events) {
+        sg_happening event;
+        int status;
+        for (k = 0; k < SG_N_CONTACTS && tries == 0; ++k) {
+            w->segment.before[k] = w->segment.mode[k];
+        }
+        status = sg_enter(w, par, opt, info, s->t + done, but, sought);
+        if (status == SG_K(OK)) {
+            status = sg_pass(w, par, opt, info, h - done, &event);
+            if (status == SG_K(REJECTED) && tries == 0) {
+                /* modes that were kept do not go on: seek them */
+                sg_go_back(w);
+                tries = 1;
+                sought = 1;
+                continue;
+            }
+        }
+        if (status == SG_K(BAD_ARGUMENT)) {
+            sg_reset_info(info);
+            return status;
+        }
+        if (status != SG_K(OK)) {
+            sg_go_back(w);
+            return sg_capture(w, s, info, par, opt, h, done);
+        }
+        tries = 0;
+        sg_tell_changes(w, info);
+        sg_take_segment(w, par, info, event.what == SG_NOTHING && events == 0);
+        if (event.what == SG_NOTHING || h - (done + w->segment.span) <= least) {
+            done = h;
+        } else {
+            done += w->segment.span;
+        }
+        if (event.what != SG_NOTHING) {
+            but = sg_impose(w, &event);
+        }
+        sought = event.what == SG_SLIP_ENDS || event.what == SG_GUARD_TURNS;
+    }
+    if (done < h) {
+        return sg_capture(w, s, info, par, opt, h, done);
+    }
+    sg_report(w, info);
+    return SG_K(OK);
+}
