@@ -70,8 +70,15 @@ def build(
     stepper = build_files(
         _render(model, stages, scheme, velocity_constraints, prefix, precision, events)
     )
-    form = {"scheme": scheme, "prefix": prefix, "precision": precision, "events": "located"}
-    stepper.locating = partial(build, model, stages=stages, **form)
+    stepper.locating = partial(
+        build,
+        model,
+        stages=stages,
+        scheme=scheme,
+        prefix=prefix,
+        precision=precision,
+        events="located",
+    )
     return stepper
 
 

@@ -15,7 +15,7 @@ from signorini.runtime.errors import RunError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
 
-_FORMAT = 2
+_FORMAT = 3
 _STORED = (
     *("t", "q", "v", "u", "P", "residual", "smallest_gap", "counts", "contact", "energy_range"),
     *("t_stage", "Q", "V", "R"),
@@ -90,7 +90,7 @@ def _opened(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, np.
         raise RunError(f"there is no file {path}") from None
     except _DAMAGE as error:
         raise RunError(f"{path} is no file that Trajectory.save wrote ({error})") from None
-    if not isinstance(about, dict) or about.get("format") not in (1, _FORMAT):
+    if not isinstance(about, dict) or about.get("format") not in range(1, _FORMAT + 1):
         raise RunError(f"{path} has a format that this version does not read")
     missing = [k for k in ("model", "model_hash", "parameters", "options") if k not in about]
     if missing:
@@ -122,8 +122,8 @@ def read(
         "P": (rows, n["n_R"]), "counts": (rows, len(COUNTS)), "residual": (rows,),
         "smallest_gap": (rows,), "contact": (rows, n["n_contacts"]),
     }  # fmt: skip
-    if about["format"] == 1:
-        arrays = _from_format_1(arrays, rows, n["n_contacts"])
+    if about["format"] < _FORMAT:
+        arrays = _from_older(arrays, rows, n["n_contacts"])
     if "energy_range" in arrays:
         shapes["energy_range"] = (rows, 2)
     if "Q" in arrays:
@@ -150,14 +150,15 @@ def read(
     return arrays, {**further, "events": _read_events(path, about)}
 
 
-def _from_format_1(
-    arrays: dict[str, np.ndarray], rows: int, n_contacts: int
-) -> dict[str, np.ndarray]:
-    """Arrays of the first format, which knew no states of contacts and no impacts."""
+def _from_older(arrays: dict[str, np.ndarray], rows: int, n_contacts: int) -> dict[str, np.ndarray]:
+    """Arrays of older formats: the first knew no states of contacts and no impacts, the second no
+    located steps, so that none of theirs fell back to captured ones."""
     counts = arrays.get("counts", np.zeros((0, 0)))
-    if counts.ndim == 2 and counts.shape[1] == len(COUNTS) - 1:
-        counts = np.column_stack([counts, np.zeros(len(counts), dtype=counts.dtype)])
-    return arrays | {"counts": counts, "contact": np.full((rows, n_contacts), -1, dtype=np.intc)}
+    if counts.ndim == 2 and len(COUNTS) - 2 <= counts.shape[1] < len(COUNTS):
+        missing = np.zeros((len(counts), len(COUNTS) - counts.shape[1]), dtype=counts.dtype)
+        counts = np.column_stack([counts, missing])
+    unknown = np.full((rows, n_contacts), -1, dtype=np.intc)
+    return {"contact": unknown} | arrays | {"counts": counts}
 
 
 def _read_events(path: Any, about: dict[str, Any]) -> list[Event]:

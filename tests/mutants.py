@@ -22,7 +22,8 @@ PATH = "runtime/c/sg_path.c"
 CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
-STEP, SCALE, LINALG = "runtime/c/sg_step.c", "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
+STEP, TICK = "runtime/c/sg_cover.c", "runtime/c/sg_step.c"
+SCALE, LINALG = "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
 
 FULL = "codegen/schemes/full_order.py"
@@ -106,10 +107,10 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the guard is not looked at", STEP, "w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);", "w->found.exists[k] = 1;"),
     Mutant("the guard's sign", STEP, "w->guard[k] >= SG_C(0.0);", "w->guard[k] < SG_C(0.0);"),
     Mutant("only the first stage decides on activity", STEP, "if (last || opt->active_set", "if (slot == 0 || opt->active_set"),
-    Mutant("a failed step moves the state", STEP, "        info->status = status;\n        return status;", "        *s = w->trial;\n        s->t += h;\n        info->status = status;\n        return status;"),
-    Mutant("a running sum of time", STEP, "w->trial.t = w->trial.t_grid + w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
+    Mutant("a failed step moves the state", TICK, "        info->status = status;\n        return status;", "        *s = w->trial;\n        s->t += h;\n        info->status = status;\n        return status;"),
+    Mutant("a running sum of time", TICK, "w->trial.t = w->trial.t_grid + w->trial.n_grid * h;", "w->trial.t = s->t + h;"),
     Mutant("percussions of substeps overwrite each other", STEP, "info->P[j] += w->P[j];", "info->P[j] = SG_C(0.5) * w->P[j];"),
-    Mutant("stale inputs", STEP, "w->u[j] = u[j];", "w->u[j] = u[0];"),
+    Mutant("stale inputs", TICK, "w->u[j] = u[j];", "w->u[j] = u[0];"),
     Mutant("the velocity does not advance", STEP, "sg_copy(SG_N_Q, w->v_end, s->v);", "sg_copy(SG_N_Q, w->v, s->v);"),
     Mutant("scales that depend on units", MASS, "w->masses.root_inertia[j] = SG_SQRT(w->masses.inertia[j] / w->masses.inertia[0]);", "w->masses.root_inertia[j] = SG_C(1.0) + w->masses.inertia[j];"),
     Mutant("no least norm", LEAST, "} else if (sg_may_depend(w, pr)) {", "} else if (0) {"),
@@ -133,7 +134,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("percussions of least norm pull", LEAST, "*push = sg_max(*push, SG_C(0.0));", "*push = *push;"),
     Mutant("percussions of least norm leave the friction cone", LEAST, "(void)sg_into_cone(contact->components, mu,", "if (0) (void)sg_into_cone(contact->components, mu,"),
     Mutant("projections do not remember what they left out", LEAST, "w->least.correction[a] += z[a];", "w->least.correction[a] = z[a];"),
-    Mutant("a time that the user sets is overwritten", STEP, "s->t != s->t_grid + s->n_grid * s->h_grid", "0"),
+    Mutant("a time that the user sets is overwritten", TICK, "s->t != s->t_grid + s->n_grid * s->h_grid", "0"),
     Mutant("a guard that is no number counts as open", STEP, " || !sg_all_finite(SG_N_CONTACTS, w->guard)", ""),
     Mutant("percussions of a row are the last step's", SIMULATE, "to->P[row * SG_N_R + k] + info->P[k]", "info->P[k]"),
     Mutant("resting contacts have impacts", STEP, "return rate < -SG_CHECK * w->scales.speed[n];", "return rate < SG_C(1.0);"),

@@ -130,7 +130,7 @@ def test_files_hold_what_they_mean(tmp_path: Path, stepper: Build) -> None:
         about = json.loads(str(data["about"]))
         assert np.array_equal(data["energy"], traj.energy)
         assert np.array_equal(data["g_N"], traj.g_N)
-    assert about["format"] == 2
+    assert about["format"] == 3
     assert about["columns"]["q"] == ["x", "y", "phi"]
     assert about["columns"]["P"] == ["floor.P_N", "floor.P_F"]
     assert about["units"]["mass"] == "kg"

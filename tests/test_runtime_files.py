@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from compilers import compiler, run
-from signorini.codegen.c.build import CONTRACT, SCRATCH, emit_spec, runtime_order
+from signorini.codegen.c.build import CONTRACT, LOCATED, SCRATCH, emit_spec, runtime_order
 from signorini.codegen.c.emit import RUNTIME_BEGIN, TABLES_END, render
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.frontend.validate import freeze
@@ -24,17 +24,18 @@ SOURCES = [name for name in FILES if name.endswith(".c")]
 
 
 def test_every_file_is_part_of_a_stepper() -> None:
-    stepper = {*runtime_order(), *runtime_order(("sg_stable.c", "sg_cell.c"))}
+    stepper = {*runtime_order(LOCATED), *runtime_order(("sg_stable.c", "sg_cell.c"))}
     assert stepper == set(FILES)
 
 
 def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
     """Alone, with the contract and the tables of a model before it."""
-    files = render(emit_spec(freeze(box_in_space.model()), stages=2, prefix="m"))
+    model = freeze(box_in_space.model())
+    files = render(emit_spec(model, stages=2, prefix="m", events="located"))
     (tmp_path / "m.h").write_text(files["m.h"])
     head = files["m.c"].split(TABLES_END)[0]
     assert RUNTIME_BEGIN in head
-    known = set(runtime_order((CONTRACT,))) | {SCRATCH}
+    known = set(runtime_order((CONTRACT,))) | set(SCRATCH)
     apart = files["m_model.c"].split(RUNTIME_BEGIN)[0]  # sg_stable.c stands beside model functions
     own = re.compile(r"#(pragma once|include \"sg_\w+\.[ch]\")")
     flags = ("-std=c99", "-Wall", "-Wextra", "-Werror=implicit-function-declaration")
@@ -85,7 +86,7 @@ def test_no_function_is_longer_than_sixty_lines(name: str) -> None:
 )
 def test_scratch_that_cannot_be_read_is_refused(line: str, said: str) -> None:
     sizes = emit_spec(freeze(box_in_space.model()), stages=2).sizes
-    text = (C / SCRATCH).read_text()
+    text = (C / SCRATCH[0]).read_text()
     assert [s.name for s in scratch(text, sizes)][:2] == ["masses", "scales"]
     broken = text.replace("    int formed;", f"{line}\n    int formed;", 1)
     with pytest.raises(ValueError, match=said):

@@ -159,7 +159,7 @@ def structs(
         )
         for p in data.parameters
     ) or (Field("unused", "real", (), "the model has no parameters"),)
-    options = (
+    options: tuple[Field, ...] = (
         Field("tol", "real", (), "relative tolerance of every row; 0 iterates to round-off"),
         Field("r", "real", (), "prox parameter of the contact laws; 0 chooses one per contact"),
         Field("max_iterations", "int", (), "Newton iterations of a step with all its rescues"),
@@ -210,7 +210,7 @@ def structs(
             Field("key", "real", (n.n_key,), "values of t, q and parameters that they belong to"),
             Field("terms", "real", (n.n_terms,), "terms of (t, q) at the end of the last step"),
         )
-    info = (
+    info: tuple[Field, ...] = (
         Field("status", "int", (), "status code of the step"),
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
         Field("substeps", "int", (), "substeps taken; 0: the step was solved whole"),

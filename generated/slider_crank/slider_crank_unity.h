@@ -359,6 +359,8 @@
 #define sg_is_consistent slider_crank_own_sg_is_consistent
 #undef sg_is_contradictory
 #define sg_is_contradictory slider_crank_own_sg_is_contradictory
+#undef sg_is_followed
+#define sg_is_followed slider_crank_own_sg_is_followed
 #undef sg_is_gap
 #define sg_is_gap slider_crank_own_sg_is_gap
 #undef sg_is_positive

@@ -359,6 +359,8 @@
 #define sg_is_consistent slope_own_sg_is_consistent
 #undef sg_is_contradictory
 #define sg_is_contradictory slope_own_sg_is_contradictory
+#undef sg_is_followed
+#define sg_is_followed slope_own_sg_is_followed
 #undef sg_is_gap
 #define sg_is_gap slope_own_sg_is_gap
 #undef sg_is_positive

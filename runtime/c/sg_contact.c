@@ -75,8 +75,9 @@ static void sg_held_rows(SG(work) * w, const sg_problem *pr) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const int base = slot * SG_N_R;
         for (k = 0; k < SG_N_CONTACTS; ++k) {
+            const real radius = sg_radius(w, base, k, R);
             sg_friction_held(w, k, sg_slip_of(base, k), R,
-                             sg_max(sg_radius(w, base, k, R), SG_C(0.0)));
+                             sg_is_followed(w) ? radius : sg_max(radius, SG_C(0.0)));
         }
     }
 }

@@ -13,6 +13,9 @@ typedef struct {
     real slope; /* of the event function there, by that share */
 } sg_happening;
 
+/* Guards that events have turned: their values say nothing there. */
+enum { SG_TURNED_ON = 1, SG_TURNED_OFF = 2 };
+
 /* Event functions are positive before the event. This one is of gaps, slips and guards where the
    step looks; with `*rate` the derivative by time if it is known, else 0. */
 static real sg_event_value(const SG(work) * w, int what, int k, real *rate) {
@@ -46,7 +49,7 @@ static int sg_may_happen(const SG(work) * w, int what, int k) {
     const int slips = sg_slips_in(w->segment.mode[k]);
     switch (what) {
         case SG_GAP_CLOSES:
-            return contact->normal >= 0 && w->found.exists[k] && !sg_holds(w, k);
+            return contact->normal >= 0 && !sg_holds(w, k) && w->segment.turned[k] != SG_TURNED_OFF;
         case SG_FORCE_ENDS:
             return contact->normal >= 0 && sg_holds(w, k);
         case SG_SLIP_BEGINS:
@@ -54,7 +57,9 @@ static int sg_may_happen(const SG(work) * w, int what, int k) {
         case SG_SLIP_ENDS:
             return sg_rubs(w, k) && slips;
         default:
-            return contact->guarded;
+            /* whether one that is open exists is asked when its gap closes */
+            return contact->guarded && !w->segment.turned[k] &&
+                   (sg_holds(w, k) || contact->normal < 0);
     }
 }
 
@@ -78,6 +83,18 @@ static real sg_event_floor(const SG(work) * w, int what, int k) {
         default:
             return SG_TINY;
     }
+}
+
+/* What a solved segment leaves of an event function that is zero: its round-off, and the tolerance
+   of the iteration. */
+static real sg_event_noise(const SG(work) * w, const SG(options) * opt, int what, int k) {
+    const sg_contact *contact = &sg_contacts[k];
+    const real tol = SG_BAND * sg_max(opt->tol, SG_FLOOR);
+    const real floor = SG_BAND * sg_event_floor(w, what, k);
+    if (what == SG_GAP_CLOSES) {
+        return floor + tol * w->segment.span * w->scales.speed[SG_NORMAL + contact->normal];
+    }
+    return what == SG_GUARD_TURNS ? floor : floor * (tol / SG_FLOOR);
 }
 
 /* Keep what was seen where the step looked last. */
@@ -169,17 +186,23 @@ static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, rea
 /* Event function of contact k between the shares a, looked at before, and b, where the step looks;
    what is found comes into *event. Returns 0 if the modes do not fit: the function is negative from
    the start. */
-static int sg_between(SG(work) * w, const SG(params) * par, real a, real b, sg_happening *event) {
+static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * opt, real a, real b,
+                      sg_happening *event) {
     const int what = event->what;
     const int k = event->contact;
-    const real floor = SG_BAND * sg_event_floor(w, what, k);
+    const real floor = sg_event_noise(w, opt, what, k);
     real rate_a, rate_b;
     real f_a = sg_value_before(w, what, k, &rate_a);
     real f_b = sg_event_value(w, what, k, &rate_b);
+    const real stop = b;
     int round;
     event->at = SG_C(2.0); /* beyond the end: none */
     if (!w->segment.seen[k] && f_a > floor) {
         w->segment.seen[k] = 1;
+    }
+    if (what == SG_GAP_CLOSES && sg_contacts[k].guarded && !(f_a > SG_C(0.0) && f_b > SG_C(0.0)) &&
+        w->guard_there[k] < SG_C(0.0)) {
+        return 1; /* it does not exist there */
     }
     if (f_b < -floor && !w->segment.seen[k]) {
         /* it starts at zero: seek towards the start where it is positive */
@@ -197,7 +220,9 @@ static int sg_between(SG(work) * w, const SG(params) * par, real a, real b, sg_h
             }
         }
         if (!w->segment.seen[k]) {
-            return 0;
+            /* a contact that opens, or a slip that begins, as gently as the truncation error:
+               judged at the end of the segment */
+            return what != SG_GUARD_TURNS && stop < SG_C(1.0);
         }
         sg_find_root(w, par, event, a, f_a, b, f_b);
         return 1;
@@ -235,7 +260,8 @@ static int sg_is_near(const SG(work) * w, int what, int k) {
 /* Earliest event of gaps, slips and guards up to the share `end`. Returns 0 if the modes do not
  * fit.
  */
-static int sg_detect_motion(SG(work) * w, const SG(params) * par, sg_happening *first) {
+static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                            sg_happening *first) {
     static const int kinds[] = {SG_GAP_CLOSES, SG_SLIP_ENDS, SG_GUARD_TURNS};
     int near = 0;
     int i, j, k;
@@ -260,7 +286,7 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, sg_happening *
                     continue;
                 }
                 sg_look_along(w, par, b);
-                if (!sg_between(w, par, a, b, &event)) {
+                if (!sg_between(w, par, opt, a, b, &event)) {
                     return 0;
                 }
                 if (event.at < first->at) {

@@ -116,7 +116,8 @@ static int sg_press_clearly(const SG(work) * w) {
 /* The event function of forces that has fallen to zero first, between the values at a place before
    and those found now; its share between them comes into *event. Contacts whose function is not
    clearly negative have none. */
-static void sg_force_falls(SG(work) * w, const real before[], sg_happening *first) {
+static void sg_force_falls(SG(work) * w, const SG(options) * opt, const real before[],
+                           sg_happening *first) {
     int i, k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         for (i = 0; i < 2; ++i) {
@@ -125,7 +126,7 @@ static void sg_force_falls(SG(work) * w, const real before[], sg_happening *firs
                 const real now = sg_force_value(w, what, k);
                 const real then = before[2 * k + i];
                 const real at = then > now ? sg_max(then, SG_C(0.0)) / (then - now) : SG_C(0.0);
-                if (now < -SG_BAND * sg_event_floor(w, what, k) && at < first->at) {
+                if (now < -sg_event_noise(w, opt, what, k) && at < first->at) {
                     first->what = what;
                     first->contact = k;
                     first->at = at;
@@ -160,7 +161,7 @@ static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(optio
         status = sg_visit(w, par, opt, info, w->segment.t + x * w->segment.span, q, v);
         if (status == SG_K(OK) && j > 0) {
             first->at = SG_C(2.0);
-            sg_force_falls(w, before, first);
+            sg_force_falls(w, opt, before, first);
             if (first->what != SG_NOTHING) {
                 const real a = end * (real)(j - 1) / (real)SG_FORCE_SAMPLES;
                 const real now = sg_force_value(w, first->what, first->contact);

@@ -4,6 +4,17 @@
 /* The radius of friction: mu R_N of the contact that is pressed, or a bound that the model gives as
    a function of time, place and velocity. */
 
+/* 1 where friction follows the normal percussion whatever sign that has: in a segment whose
+   contacts keep their modes, so that it is smooth up to the event that ends it and beyond. */
+static inline int sg_is_followed(const SG(work) * w) {
+#if SG_LOCATED
+    return w->segment.held;
+#else
+    (void)w;
+    return 0;
+#endif
+}
+
 /* Radius of contact k in a slot with first row `base`, for percussions R of the problem. */
 static inline real sg_radius(const SG(work) * w, int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];

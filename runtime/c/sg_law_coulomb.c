@@ -124,7 +124,7 @@ static inline real sg_friction_change(const SG(work) * w, int row, const real *d
 static inline real sg_pressing_share(const SG(work) * w, int f, real R_N) {
     const int c = f % SG_ROWS_OF_SLOT - SG_SLIP;
     const real mu = c < 0 ? SG_C(0.0) : w->mu[sg_slips[c].contact];
-    return R_N >= SG_C(0.0) ? -(w->rows.slip[f] * mu) : SG_C(0.0);
+    return R_N >= SG_C(0.0) || sg_is_followed(w) ? -(w->rows.slip[f] * mu) : SG_C(0.0);
 }
 
 /* Move a percussion R_F of n components with its normal percussion into a round cone, by as little

@@ -28,7 +28,8 @@ static int sg_impose(SG(work) * w, const sg_happening *event) {
                     : SG_K(SLIP);
             return k;
         case SG_GUARD_TURNS:
-            w->segment.exists[k] = !w->segment.exists[k];
+            w->segment.turned[k] = w->segment.exists[k] ? SG_TURNED_OFF : SG_TURNED_ON;
+            w->segment.mode[k] = SG_K(OPEN);
             return -1;
         default:
             return -1;
@@ -172,7 +173,7 @@ static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt
     if (status != SG_K(OK)) {
         return status;
     }
-    if (!sg_detect_motion(w, par, event)) {
+    if (!sg_detect_motion(w, par, opt, event)) {
         return SG_K(REJECTED);
     }
     if (!sg_press_clearly(w)) {
@@ -258,63 +259,84 @@ static void sg_go_back(SG(work) * w) {
     }
 }
 
-static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
-                     const SG(options) * opt, real h) {
-    const real least = SG_C(64.0) * SG_EPS * (SG_FABS(s->t) + h);
-    real done = SG_C(0.0);
-    int but = -1;
-    int sought = !s->located;
-    int tries = 0;
-    int events, k;
-    sg_look(w, par, s->t, s->q, s->v);
+/* Where a located step is: time gone since its start, the contact that the last event has changed
+   (-1: none), whether modes are to be sought, whether they have been at this place. */
+typedef struct {
+    real done;
+    int but, sought, again;
+} sg_way;
+
+static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
+    sg_way way;
+    int k;
+    way.done = SG_C(0.0);
+    way.but = -1;
+    way.sought = !s->located;
+    way.again = 0;
     w->segment.held = 0;
     w->segment.h = h;
     sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
     for (k = 0; k < SG_N_CONTACTS; ++k) {
-        w->segment.exists[k] = !sg_contacts[k].guarded || w->guard_there[k] >= SG_C(0.0);
+        w->segment.turned[k] = 0;
         w->segment.mode[k] = s->contact[k];
+        w->segment.before[k] = s->contact[k];
         w->segment.impacts[k] = 0;
     }
-    for (events = 0; done < h && events <= opt->max_events; ++events) {
+    return way;
+}
+
+/* One segment of the step, with what happens at its start. */
+static int sg_go_on(SG(work) * w, const SG(state) * s, const SG(params) * par,
+                    const SG(options) * opt, SG(info) * info, const sg_way *way,
+                    sg_happening *event) {
+    const int status = sg_enter(w, par, opt, info, s->t + way->done, way->but, way->sought);
+    return status == SG_K(OK) ? sg_pass(w, par, opt, info, w->segment.h - way->done, event)
+                              : status;
+}
+
+/* The segment is accepted: take it over, and what its event does. */
+static void sg_accept(SG(work) * w, const SG(params) * par, SG(info) * info, sg_way *way,
+                      const sg_happening *event, int whole) {
+    const real h = w->segment.h;
+    const real least = SG_C(64.0) * SG_EPS * (SG_FABS(w->segment.t) + h);
+    const int ends = event->what == SG_NOTHING;
+    int k;
+    sg_tell_changes(w, info);
+    sg_take_segment(w, par, info, whole && ends);
+    way->done =
+        ends || h - (way->done + w->segment.span) <= least ? h : way->done + w->segment.span;
+    way->again = 0;
+    way->sought = event->what == SG_SLIP_ENDS || event->what == SG_GUARD_TURNS;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->segment.before[k] = w->segment.mode[k];
+    }
+    way->but = ends ? -1 : sg_impose(w, event);
+}
+
+static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+                     const SG(options) * opt, real h) {
+    sg_way way = sg_set_out(w, s, h);
+    int events;
+    for (events = 0; way.done < h && events <= opt->max_events; ++events) {
         sg_happening event;
-        int status;
-        for (k = 0; k < SG_N_CONTACTS && tries == 0; ++k) {
-            w->segment.before[k] = w->segment.mode[k];
-        }
-        status = sg_enter(w, par, opt, info, s->t + done, but, sought);
+        const int status = sg_go_on(w, s, par, opt, info, &way, &event);
         if (status == SG_K(OK)) {
-            status = sg_pass(w, par, opt, info, h - done, &event);
-            if (status == SG_K(REJECTED) && tries == 0) {
-                /* modes that were kept do not go on: seek them */
-                sg_go_back(w);
-                tries = 1;
-                sought = 1;
-                continue;
-            }
-        }
-        if (status == SG_K(BAD_ARGUMENT)) {
+            sg_accept(w, par, info, &way, &event, events == 0);
+        } else if (status == SG_K(BAD_ARGUMENT)) {
             sg_reset_info(info);
             return status;
-        }
-        if (status != SG_K(OK)) {
+        } else if (status == SG_K(REJECTED) && !way.again) {
+            /* modes that were kept do not go on: seek them */
             sg_go_back(w);
-            return sg_capture(w, s, info, par, opt, h, done);
-        }
-        tries = 0;
-        sg_tell_changes(w, info);
-        sg_take_segment(w, par, info, event.what == SG_NOTHING && events == 0);
-        if (event.what == SG_NOTHING || h - (done + w->segment.span) <= least) {
-            done = h;
+            way.again = 1;
+            way.sought = 1;
         } else {
-            done += w->segment.span;
+            sg_go_back(w);
+            return sg_capture(w, s, info, par, opt, h, way.done);
         }
-        if (event.what != SG_NOTHING) {
-            but = sg_impose(w, &event);
-        }
-        sought = event.what == SG_SLIP_ENDS || event.what == SG_GUARD_TURNS;
     }
-    if (done < h) {
-        return sg_capture(w, s, info, par, opt, h, done);
+    if (way.done < h) {
+        return sg_capture(w, s, info, par, opt, h, way.done);
     }
     sg_report(w, info);
     return SG_K(OK);

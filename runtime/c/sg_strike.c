@@ -73,10 +73,12 @@ static int sg_stand(SG(work) * w, const SG(params) * par, real t) {
     w->segment.t = t;
     w->segment.prepared = 1;
     w->segment.known = 0;
+    sg_look(w, par, t, w->trial.q, w->trial.v);
     for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const int turned = w->segment.turned[k];
+        w->segment.exists[k] = turned ? turned == SG_TURNED_ON : w->found.exists[k];
         w->found.exists[k] = w->segment.exists[k];
     }
-    sg_look(w, par, t, w->trial.q, w->trial.v);
     return sg_touch(w) ? SG_K(OK) : SG_K(REJECTED);
 }
 
@@ -201,7 +203,8 @@ static void sg_tell_changes(const SG(work) * w, SG(info) * info) {
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int kind =
             sg_event_kind(w->segment.before[k], w->segment.mode[k], 0, w->found.exists[k]);
-        if (kind >= 0) {
+        const int struck = kind == SG_K(EVENT_CLOSE) && w->trial.t_impact[k] == w->segment.t;
+        if (kind >= 0 && !struck) {
             sg_tell(info, w, w->segment.t, k, kind, SG_C(0.0), NULL);
         }
     }

@@ -22,8 +22,8 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         return w->scales.prox_r[row] * dy[row];
     } else {
         const int k = sg_slips[c].contact;
-        const int pressed =
-            column >= 0 && column == sg_pressing(row) && w->R[pr->R + column] >= SG_C(0.0);
+        const int pressed = column >= 0 && column == sg_pressing(row) &&
+                            (w->R[pr->R + column] >= SG_C(0.0) || sg_is_followed(w));
         const real mine = pressed ? w->mu[k] : SG_C(0.0);
         return sg_friction_change(w, row, dy, sg_contacts[k].normal < 0 ? d_radius : mine, column);
     }

@@ -19,7 +19,7 @@ static void test_records(void) {
     static double residual[TAKEN], gap[TAKEN], energy[2 * TAKEN], inputs[TAKEN * INPUTS];
     static double stage_t[TAKEN * SG_N_STAGES], stage_q[TAKEN * SG_N_STAGES * SG_N_Q];
     static double stage_v[TAKEN * SG_N_STAGES * SG_N_Q], stage_R[TAKEN * SG_N_STAGES * SG_N_R + 1];
-    static int counts[7 * TAKEN], contact[TAKEN * (SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1)];
+    static int counts[SG_COUNTS * TAKEN], contact[TAKEN * (SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1)];
     static m_event events[NOTED];
     int done, alone, run, n_events;
     for (run = 0; run < 4; ++run) {
@@ -40,7 +40,7 @@ static void test_records(void) {
         n_events = 0;
         /* row 0 goes on with what an earlier call left: nothing, here */
         sg_fill(SG_N_R, 0.0, P);
-        memset(counts, 0, 7 * sizeof counts[0]);
+        memset(counts, 0, SG_COUNTS * sizeof counts[0]);
         energy[0] = SG_HUGE;
         energy[1] = -SG_HUGE;
         m_simulate(&state, &work, &info, &par, &opt, inputs, h, TAKEN, EVERY, &all, &done);
@@ -78,8 +78,8 @@ static void test_records(void) {
                 }
                 row = (n + BEGUN) / EVERY;
                 if ((n + 1 + BEGUN) % EVERY == 0 || n + 1 == done) {
-                    ENSURE(t[row] == s.t && counts[7 * row + 1] == iterations);
-                    ENSURE(SG_N_CONTACTS == 0 || counts[7 * row + 6] == impacts);
+                    ENSURE(t[row] == s.t && counts[SG_COUNTS * row + 1] == iterations);
+                    ENSURE(SG_N_CONTACTS == 0 || counts[SG_COUNTS * row + 6] == impacts);
                     ENSURE(energy[2 * row] == low && energy[2 * row + 1] == high);
                     for (k = 0; k < SG_N_R; ++k) {
                         ENSURE(P[row * SG_N_R + k] == sum[k]);

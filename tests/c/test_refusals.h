@@ -7,7 +7,7 @@ static void test_arguments(void) {
     double t, q[SG_N_Q], v[SG_N_Q], inputs[4 * INPUTS];
     double kept[4 * SG_N_STAGES * (SG_N_Q + SG_ROWS_OF_SLOT)];
     double x[SG_N_X_TOTAL], R[ROWS];
-    int counts[4 * 6];
+    int counts[4 * SG_COUNTS];
     int done = 0;
     int k;
     memset(&record, 0, sizeof record);
@@ -119,14 +119,16 @@ static void test_arguments(void) {
             ENSURE(!memcmp(&kept[SG_N_Q], k == 1 ? state.q : state.v, sizeof state.q));
         } else if (k == 6) {
             /* a row holds the sums of its steps */
-            int single[4 * 7];
+            int single[4 * SG_COUNTS];
             record.counts = single;
             state = before;
             ENSURE(m_simulate(&state, &work, &info, &par, &opt, inputs, 0.01, 4, 1, &record,
                               &done) == M_OK);
-            ENSURE(single[21] == info.status && single[22] == info.iterations);
-            ENSURE(counts[1] == single[1] + single[8] && counts[8] == single[15] + single[22]);
-            ENSURE(counts[6] == single[6] + single[13]);
+            ENSURE(single[3 * SG_COUNTS] == info.status &&
+                   single[3 * SG_COUNTS + 1] == info.iterations);
+            ENSURE(counts[1] == single[1] + single[SG_COUNTS + 1] &&
+                   counts[SG_COUNTS + 1] == single[2 * SG_COUNTS + 1] + single[3 * SG_COUNTS + 1]);
+            ENSURE(counts[6] == single[6] + single[SG_COUNTS + 6]);
         } else if (k == 7) {
             ENSURE(fabs(stage_t[2 * SG_N_STAGES - 1] - state.t) <= 1e-15 * (1.0 + fabs(state.t)));
         }
