@@ -202,6 +202,7 @@ class Compiled:
         v: Any = None,
         u: Any = None,
         parameters: Mapping[str, float] | None = None,
+        known: Mapping[str, np.ndarray] | None = None,
         **options: Any,
     ) -> dict[str, np.ndarray]:
         """Residual and Jacobian of one nonlinear problem of the scheme.
@@ -209,16 +210,19 @@ class Compiled:
         Parameters
         ----------
         name : {"position", "velocity"}
-            The problem.
+            The problem; with located events also "segment", "accelerations", "impact".
         x : ndarray
-            Unknown velocities of all problems: V^1 ... V^s, v_{n+1}.
+            Unknown velocities of all problems, in their order: V^1 ... V^s, v_{n+1}, ...
         R : ndarray
-            Unknown percussions of all problems: R^1 ... R^{s-1}, Delta P; each R in the order
-            g, gamma, N, F.
+            Unknown percussions of all problems: R^1 ... R^{s-1}, Delta P, ...; each R in the
+            order g, gamma, N, F.
         h : float
             Step size.
         t, q, v : state at the start of the step; the model's initial state by default
         u : inputs
+        known : mapping, optional
+            ``share`` and ``given`` of a segment's first stage, where steps can be cut at events:
+            friction over the normal percussion, and percussions of gamma and F.
 
         Returns
         -------
@@ -243,6 +247,9 @@ class Compiled:
             self.vector("v", v, start[2], "velocities"),
         )
         work = lib.structs["work"]()
+        for array, values in (known or {}).items():
+            for k, value in enumerate(values):
+                getattr(work, array)[k] = float(value)
         x_array = lib.array(shaped("x", x, (n["n_x_total"],)))
         R_array = lib.array(shaped("R", R, (n["n_rows_total"],)))
         u_array = self.rows("u", u, 1, n["n_u"])[0]

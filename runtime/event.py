@@ -9,7 +9,7 @@ class Event(NamedTuple):
     Attributes
     ----------
     t : float
-        End of the step [s].
+        End of the step [s]; of a located step the time of the event itself.
     contact : str
         Name of the contact or friction element.
     kind : str
@@ -17,7 +17,7 @@ class Event(NamedTuple):
         ``"open"``, ``"stick"``, ``"slip"``, ``"reverse"`` (of one slip component);
         ``"guard"``: its guard took it away.
     P_N, P_F : float, tuple of float
-        Percussions of the step [N s].
+        Percussions of the step [N s]; of a located step those of the impact alone, else 0.
     energy : float
         Change of the energy in the step of an impact [J]; 0 for other kinds.
     """

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from signorini.runtime import export, storage
 from signorini.runtime.arguments import as_path
+from signorini.runtime.between import between
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.event import Event
@@ -44,11 +45,11 @@ class Trajectory:
         The model's outputs.
     energy_range : ndarray, shape (n+1, 2)
         Smallest and largest energy at the ends of the steps that a row stands for.
-    iterations, status, substeps, rescues, percussions, lost_impacts, impacts : ndarray of int
+    iterations, status, substeps, rescues, percussions, lost_impacts, impacts, captured : ndarray of int
         What the steps of the row reported: sums, the worst status, all rescues (1 cold start,
         2 central path, 4 path or contacts held; added up), the least certain choice of
         percussions (0 unique, 1 of least norm, 2 one of several). ``substeps`` is 0 where all
-        steps were solved whole.
+        steps were solved whole. ``captured`` is 1 where a located step, or its rest, was captured.
     residual, smallest_gap : ndarray, shape (n+1,)
         Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
     events : list of Event
@@ -114,6 +115,35 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __call__(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """States at any times of the run, between the rows, too.
+
+        What is asked for is the step from the row before, taken anew up to there, as exact as the
+        scheme: with ``events="located"`` of order 2 s - 2 through impacts, and without penetration
+        at any time. A captured step spreads an impact over itself, so that its inside says when the
+        step sees the impact, not when it was.
+
+        Parameters
+        ----------
+        t : float or array
+            Times from ``traj.t[0]`` to ``traj.t[-1]`` [s].
+
+        Returns
+        -------
+        q, v : ndarray, shape of `t` with (n_q,) behind it
+            Coordinates and velocities; at an impact those behind it.
+
+        Raises
+        ------
+        RunError
+            For a time outside the run, or if a step cannot be taken.
+
+        Notes
+        -----
+        Inputs of a row are held. A run that was recorded with ``every`` takes all steps of a row.
+        """
+        return between(self, t)
 
     def __dir__(self) -> list[str]:
         return sorted(

@@ -53,7 +53,7 @@ def reference_of(model: Model, stepper: Stepper, high: bool = False) -> Referenc
     """The reference of the scheme and form that a stepper has."""
     m = stepper.manifest
     option = m["scheme"].partition("=")[2]
-    return find(m["scheme"], m["velocity_constraints"])(
+    return find(m["scheme"], m["velocity_constraints"], m["events"])(
         model, stepper.stages, high=high, option=option
     )
 
@@ -232,6 +232,9 @@ class Checker:
             # percussions as large as momenta: in other units forces would drown
             lam = 0.3 * rng.normal(size=n["n_rows_total"])
             lam *= np.tile(masses, n["n_rows_total"] // max(n["n_R"], 1)) if n["n_R"] else 1
+            known = self._known(stepper, masses, rng)
+            for own in (reference, plain):
+                own.__dict__.update(known)
             x, lam = (y.astype(rounded).astype(float) for y in (x, lam))
             at = [np.atleast_1d(y) for y in (t, q, v, u, x, lam)]
             for problem in reference.problems:
@@ -241,10 +244,20 @@ class Checker:
                     problem: str = problem,
                     h: float = h,
                     parameters: dict[str, float] = parameters,
+                    known: dict[str, np.ndarray] = known,
                 ) -> dict[str, np.ndarray]:
                     t, q, v, u, x, lam = at
                     found = stepper.problem(
-                        problem, x, lam, h, t=float(t[0]), q=q, v=v, u=u, parameters=parameters
+                        problem,
+                        x,
+                        lam,
+                        h,
+                        t=float(t[0]),
+                        q=q,
+                        v=v,
+                        u=u,
+                        parameters=parameters,
+                        known=known,
                     )
                     return {name: found[name] for name in names}
 
@@ -264,6 +277,24 @@ class Checker:
         }
         for (problem, name), list_of in errors.items():
             self._add(f"{problem} {name}, s = {s}", titles[name], list_of, tolerance)
+
+    @staticmethod
+    def _known(
+        stepper: Stepper, masses: np.ndarray, rng: np.random.Generator
+    ) -> dict[str, np.ndarray]:
+        """Friction that a segment knows at its start, any numbers; nothing where there is none."""
+        n = stepper.sizes
+        if stepper.manifest["events"] != "located":
+            return {}
+        rounded: Any = stepper.library.dtype
+        rows = np.concatenate(
+            [masses[n["n_g"] : n["n_g"] + n["n_gamma"]], masses[n["n_R"] - n["n_F"] :]]
+        )
+        known = {
+            "share": rng.normal(size=n["n_F"]),
+            "given": 0.3 * rows * rng.normal(size=n["n_gamma"] + n["n_F"]),
+        }
+        return {name: x.astype(rounded).astype(float) for name, x in known.items()}
 
     def _differences(
         self,

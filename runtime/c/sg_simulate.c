@@ -267,7 +267,13 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
         w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
         w->found.active[k] = w->found.exists[k];
     }
-    for (k = 0; k <= problem; ++k) {
+#if SG_LOCATED
+    w->segment.held = 0;
+    w->look_t = s->t;
+    sg_copy(SG_N_Q, s->q, w->look_q);
+    sg_copy(SG_N_Q, s->v, w->look_v);
+#endif
+    for (k = problem < SG_N_CHAIN ? 0 : problem; k <= problem; ++k) {
         sg_prox_parameters(w, opt, k);
         sg_evaluate(w, par, opt, k);
         if (k < problem && sg_problems[k + 1].follows) {

@@ -16,8 +16,8 @@ def _all() -> dict[tuple[str, str], type[Reference]]:
     return found
 
 
-def find(scheme: str, form: str) -> type[Reference]:
-    """The reference of a scheme and its form of velocity constraints.
+def find(scheme: str, form: str, events: str = "captured") -> type[Reference]:
+    """The reference of a scheme and its form of velocity constraints, or of its located steps.
 
     Raises
     ------
@@ -25,6 +25,7 @@ def find(scheme: str, form: str) -> type[Reference]:
         If there is none: such a scheme cannot be checked.
     """
     name = scheme.partition("=")[0]
+    form = "located" if events == "located" else form
     if (name, form) not in _all():
         raise KeyError(f"the scheme {name!r} in the form {form!r} has no reference")
     return _all()[name, form]
