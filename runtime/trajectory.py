@@ -45,7 +45,8 @@ class Trajectory:
         The model's outputs.
     energy_range : ndarray, shape (n+1, 2)
         Smallest and largest energy at the ends of the steps that a row stands for.
-    iterations, status, substeps, rescues, percussions, lost_impacts, impacts, captured : ndarray of int
+    iterations, status, substeps, rescues, percussions : ndarray of int
+    lost_impacts, impacts, captured : ndarray of int
         What the steps of the row reported: sums, the worst status, all rescues (1 cold start,
         2 central path, 4 path or contacts held; added up), the least certain choice of
         percussions (0 unique, 1 of least norm, 2 one of several). ``substeps`` is 0 where all

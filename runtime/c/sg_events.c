@@ -85,6 +85,19 @@ static real sg_event_floor(const SG(work) * w, int what, int k) {
     }
 }
 
+/* Size of an event function in the segment: a way, a velocity. */
+static real sg_event_scale(const SG(work) * w, int what, int k) {
+    const sg_contact *contact = &sg_contacts[k];
+    switch (what) {
+        case SG_GAP_CLOSES:
+            return w->segment.span * w->scales.speed[SG_NORMAL + contact->normal];
+        case SG_SLIP_ENDS:
+            return w->scales.speed[SG_SLIP + contact->friction];
+        default:
+            return SG_C(0.0);
+    }
+}
+
 /* What a solved segment leaves of an event function that is zero: its round-off, and the tolerance
    of the iteration. */
 static real sg_event_noise(const SG(work) * w, const SG(options) * opt, int what, int k) {
@@ -195,6 +208,7 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
     real f_a = sg_value_before(w, what, k, &rate_a);
     real f_b = sg_event_value(w, what, k, &rate_b);
     const real stop = b;
+    const real f_start = f_b; /* where the step looks */
     int round;
     event->at = SG_C(2.0); /* beyond the end: none */
     if (!w->segment.seen[k] && f_a > floor) {
@@ -222,7 +236,7 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
         if (!w->segment.seen[k]) {
             /* a contact that opens, or a slip that begins, as gently as the truncation error:
                judged at the end of the segment */
-            return what != SG_GUARD_TURNS && stop < SG_C(1.0);
+            return stop < SG_C(1.0) && f_start > -SG_DIP * sg_event_scale(w, what, k);
         }
         sg_find_root(w, par, event, a, f_a, b, f_b);
         return 1;
