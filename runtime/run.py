@@ -23,6 +23,14 @@ _CHUNK = 4096  # steps between two calls of a progress function
 _EVENTS = 200_000  # most events that one call has room for
 
 
+def events_of_step(stepper: Compiled, options: RunOptions) -> int:
+    """Most events that one step can report."""
+    n = stepper.sizes
+    located = options.events == "located" and n["n_events"] > 0
+    # what is left of a step that ran out of events is captured: one more for each contact
+    return n["n_contacts"] + n["n_events"] if located else n["n_contacts"]
+
+
 def event_of(stepper: Compiled, event: Any) -> Event:
     """An event of C by the user's names."""
     m = stepper.manifest
@@ -95,8 +103,9 @@ class Run:
         self.buffers["contact"][0] = -1
         self.nothing = lib.array(np.zeros(1))
         self.events: list[Event] = []
-        self.chunk = max(1, min(_CHUNK, _EVENTS // max(n["n_contacts"], 1)))
-        self.event_array = (lib.structs["event"] * max(1, self.chunk * n["n_contacts"]))()
+        room = max(events_of_step(stepper, options), 1)
+        self.chunk = max(1, min(_CHUNK, _EVENTS // room))
+        self.event_array = (lib.structs["event"] * (self.chunk * room))()
         check_coefficients(stepper, par)
         check_mass(stepper, t, q, v, par)
         q_array, v_array = lib.array(q), lib.array(v)

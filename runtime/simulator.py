@@ -12,7 +12,7 @@ from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
-from signorini.runtime.run import Run, event_of
+from signorini.runtime.run import Run, event_of, events_of_step
 from signorini.runtime.trajectory import Trajectory
 
 _KEPT = ("stepper", "parameters", "dt", "steps", "_option_values", "_records", "_start")
@@ -162,7 +162,7 @@ class Simulator:
             kind = ctypes.c_int if array.dtype == np.intc else lib.real
             if array.size:
                 setattr(record, name, array.ctypes.data_as(ctypes.POINTER(kind)))
-        count = sizes["n_contacts"]
+        count = events_of_step(self.stepper, self._option_values)
         events, found = (lib.structs["event"] * max(count, 1))(), ctypes.c_int(0)
         if count:
             record.events, record.max_events = events, count

@@ -108,11 +108,12 @@ class _Contacts:
             first = (traj.t[0], traj.q[0], traj.v[0])
             W, M = (stepper.evaluate(name, *first, parameters=par) for name in ("W_N", "p_v"))
             mobility = float(np.einsum("ik,ik->k", W, np.linalg.solve(M, W)).max())
-        # Steps in several parts show the stages of the last part alone.
-        self.whole = traj.substeps[1:] == 0
+        # Steps in several parts, and those that were cut at events, do not show their stages.
+        self.whole = (traj.substeps[1:] == 0) & np.isfinite(traj.t_stage[:, 0])
+        self.g_N[~self.whole] = np.inf
         speeds = [np.abs(traj.g_N_dot).max(initial=0), np.abs(traj.gamma_F).max(initial=0)]
         self.P_top = max(np.abs(traj.P_N).max(initial=0), np.abs(traj.P_F).max(initial=0), 1e-300)
-        self.R_top = max(np.abs(traj.R_N[:, :-1]).max(initial=0), self.P_top)
+        self.R_top = max(np.abs(traj.R_N[self.whole, :-1]).max(initial=0), self.P_top)
         self.speed = max(*speeds, self.P_top * mobility, 1e-300)
         self.kinetic = self.P_top**2 * mobility / 2
         normal = [c["normal"] for c in self.rows]

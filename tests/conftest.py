@@ -126,9 +126,14 @@ def stepper() -> Callable[..., sg.Stepper]:
 
     @cache
     def make(
-        model: Callable[[], sg.Model], stages: int = 3, velocity_constraints: str | None = None
+        model: Callable[[], sg.Model],
+        stages: int = 3,
+        velocity_constraints: str | None = None,
+        events: str = "captured",
     ) -> sg.Stepper:
-        return sg.build(model(), stages=stages, velocity_constraints=velocity_constraints)
+        return sg.build(
+            model(), stages=stages, velocity_constraints=velocity_constraints, events=events
+        )
 
     return make
 

@@ -19,6 +19,7 @@ from signorini.verify.draw import Drawer, State, seen, wanted
 from signorini.verify.expressions import DIGITS, Expressions
 from signorini.verify.functions import reference_values
 from signorini.verify.judge import accepts
+from signorini.verify.motion import Motion, UndecidedError
 from signorini.verify.reference import Reference, Step
 from signorini.verify.report import Item, Report
 from signorini.verify.schemes import find
@@ -34,6 +35,10 @@ _SMALL = 40  # unknowns of a step up to which that holds
 _APART = 1e-4  # end velocities further apart than this belong to different solutions
 _SHARE = 20  # one in so many steps may have another solution, if that is one
 _TRAJECTORY = 30
+_LOCATED = 6  # intervals with events in which located steps are compared
+_LOCATED_DRAWS = 60
+_LOCATED_STEPS = 8  # of each
+_LOCATED_TOLERANCES = {2: 1e-3, 3: 1e-6, 4: 1e-8}  # truncation, by the number of stages
 _NOISE = 200  # times what round-off of the arguments changes
 # By precision: model functions, Jacobians, steps, steps solved again; relative changes of the
 # arguments by which the size of terms and of their round-off are seen.
@@ -108,6 +113,9 @@ class Checker:
             self.steps(stepper)
             self.tell(f"trajectory, s = {s}")
             self.trajectory(stepper)
+            if stepper.manifest["events"] == "located":
+                self.tell(f"located steps, s = {s}")
+                self.located(stepper)
             if sanitize:
                 self.tell(f"sanitizers, s = {s}")
                 self.sanitizers(stepper)
@@ -137,6 +145,75 @@ class Checker:
 
     def _tolerance(self, stepper: Stepper, which: int) -> float:
         return _TOLERANCES[stepper.manifest["precision"]][which]
+
+    # --- located steps ----------------------------------------------------------------------------
+
+    def located(self, stepper: Stepper) -> None:
+        """Steps that are cut at their events against the motion by events, from drawn states."""
+        s = stepper.stages
+        if any(c["law"] == "elliptic" for c in stepper.manifest["contacts"]) or (
+            stepper.manifest["precision"] != "double"
+        ):
+            self.report.left_out.append(f"located steps, s = {s}: anisotropic friction, or float")
+            return
+        drawer = Drawer(stepper, self.seed + 1)
+        errors: list[float] = []
+        told = wrong = 0
+        for _ in range(_LOCATED_DRAWS):
+            state = drawer.draw()
+            if state is None or self._is_tie(stepper, state):
+                continue
+            found = self._located(stepper, state)
+            if found is None:
+                continue
+            error, events, differs = found
+            # states without events are compared, too, but few of them
+            if events or len(errors) - told < _LOCATED // 2:
+                errors.append(error)
+                told += events > 0
+                wrong += differs
+            if told >= _LOCATED:
+                break
+        tolerance = _LOCATED_TOLERANCES.get(s, _LOCATED_TOLERANCES[4])
+        self._add(f"located steps, s = {s}", "motion by events", errors, tolerance)
+        self._add(f"located events, s = {s}", "impacts", [float(wrong)], 0.0)
+        self.report.notes.append(
+            f"s = {s}: {len(errors)} intervals of located steps compared, {told} with events"
+        )
+
+    def _located(self, stepper: Stepper, state: State) -> tuple[float, int, bool] | None:
+        """Error of located steps from a state, the events in it, whether others are told of them;
+        None where the motion is not decided."""
+        t, dt, n = state.t, state.dt, _LOCATED_STEPS
+        u = np.tile(state.u, (n, 1))
+        motion = Motion(self.model, 0.01 * dt / n)
+        at = (t, state.q, state.v, state.u, list(state.parameters.values()))
+        try:
+            traj = stepper.simulate(
+                t0=t,
+                t_end=t + dt,
+                dt=dt / n,
+                q0=state.q,
+                v0=state.v,
+                parameters=state.parameters,
+                inputs=u if state.u.size else None,
+                events="located",
+                tol=0.0,
+                max_halvings=0,
+            )
+            if traj.captured.any():
+                return None
+            q, v = motion.run(at, t + dt, dt / 4)
+        except (StepError, RunError, UndecidedError, np.linalg.LinAlgError):
+            return None
+        speed = max(float(np.max(np.abs(x), initial=0.0)) for x in (state.v, v, (q - state.q) / dt))
+        apart = max(
+            float(np.max(np.abs(traj.v[-1] - v), initial=0.0)),
+            float(np.max(np.abs(traj.q[-1] - q), initial=0.0)) / dt,
+        )
+        mine = sum(e.kind == "impact" for e in traj.events)
+        other = sum(kind == "impact" for _, _, kind in motion.events)
+        return (apart / speed if speed > 0 else apart), len(motion.events), mine != other
 
     # --- functions -------------------------------------------------------------------------------
 

@@ -17,13 +17,13 @@ _SWEEPS = 20_000
 _COLUMNS = (2, 4, 6, 8, 10, 12, 14)  # steps of the midpoint rule that are extrapolated
 
 
-class Undecided(Exception):
+class UndecidedError(Exception):
     """The motion has no decided continuation here."""
 
 
 @dataclass
 class Mode:
-    """What a contact does: "open", "stick", "slip" or "closed" without friction; its slip direction."""
+    """What a contact does: "open", "stick", "slip" or "closed" without friction; where it slips."""
 
     kind: str = "open"
     direction: np.ndarray | None = None
@@ -179,7 +179,7 @@ class Motion:
             if change <= 1e-15 * max(float(np.max(np.abs(P), initial=0.0)), 1e-300):
                 return P
         if change > 1e-9 * max(float(np.max(np.abs(P), initial=0.0)), 1e-300):
-            raise Undecided("projections do not converge")
+            raise UndecidedError("projections do not converge")
         return P
 
     def _responses(self, M: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -192,7 +192,7 @@ class Motion:
 
     def strike(self, at: tuple[Any, ...], touching: np.ndarray, e_N: np.ndarray) -> np.ndarray:
         """Velocities behind the impact of all contacts that touch."""
-        t, q, v, u, par = at
+        v = at[2]
         W = np.asarray(self.e.W(*at), float).reshape(self.n, -1)
         Z, G = self._responses(self._mass(at), W)
         rates = np.asarray(self.e.y_dot(*at), float)
@@ -308,10 +308,26 @@ class Motion:
                 found[k, "stick"] = float(slip[k] @ mode.direction)
         return found
 
+    def _refuse_stiff(self, at: tuple[Any, ...], modes: list[Mode], h: float) -> None:
+        """Friction turns a small slip in space faster than an explicit integration can follow."""
+        if not any(
+            m.kind == "slip" and m.direction is not None and m.direction.size > 1 for m in modes
+        ):
+            return
+        _, lam = self.accelerations(at, modes)
+        W = np.asarray(self.e.W(*at), float).reshape(self.n, -1)
+        _, G = self._responses(self._mass(at), W)
+        for k, (_, f, _) in enumerate(self.rows):
+            if modes[k].kind == "slip" and f.stop - f.start > 1:
+                rate = float(np.linalg.norm(G[f, f] @ lam[f]))
+                if h * rate > 0.5 * float(np.linalg.norm(self._slips(at)[k])):
+                    raise UndecidedError("a slip in space that is too small for its friction")
+
     def _segment(
         self, at: tuple[Any, ...], modes: list[Mode], h: float
     ) -> tuple[tuple[Any, ...], tuple[int, str] | None]:
         """Up to h further, or up to the first event."""
+        self._refuse_stiff(at, modes, h)
         start = self._margins(at, modes)
         size = {key: max(abs(x), 1.0) for key, x in start.items()}
         end = self._advance(at, modes, h)
@@ -326,7 +342,7 @@ class Motion:
                 low = 1e-3 * h
                 f_low = self._margins(self._advance(at, modes, low), modes)[key]
                 if f_low <= 0:
-                    raise Undecided(f"{key} from the start")
+                    raise UndecidedError(f"{key} from the start")
             here = end
             for _ in range(80):
                 x = high - f_high * (high - low) / (f_high - f_low)
@@ -350,7 +366,7 @@ class Motion:
     def run(
         self, at: tuple[Any, ...], t_end: float, step: float, most: int = 200
     ) -> tuple[np.ndarray, np.ndarray]:
-        """State at `t_end`; raises `Undecided` where the motion cannot be followed."""
+        """State at `t_end`; raises `UndecidedError` where the motion cannot be followed."""
         struck: dict[int, float] = {}
         modes: list[Mode] | None = None
         for _ in range(most):
@@ -362,10 +378,10 @@ class Motion:
             if event is None:
                 return at[1], at[2]
             modes = self._behind(at, modes, event)
-        raise Undecided("too many events")
+        raise UndecidedError("too many events")
 
     def _impacts(self, at: tuple[Any, ...], struck: dict[int, float]) -> tuple[Any, ...]:
-        t, q, v, u, par = at
+        t = at[0]
         gap, rate = self._gaps(at)
         guard = np.asarray(self.e.value("guard", *at), float)
         exists = np.array(
@@ -381,7 +397,7 @@ class Motion:
                 e_N[k] = 0.0
             struck[int(k)] = t
             self.events.append((t, int(k), "impact"))
-        return t, q, self.strike(at, touching, e_N), u, par
+        return t, at[1], self.strike(at, touching, e_N), *at[3:]
 
     def _behind(
         self, at: tuple[Any, ...], modes: list[Mode], event: tuple[int, str]

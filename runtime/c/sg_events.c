@@ -47,6 +47,9 @@ static real sg_force_value(const SG(work) * w, int what, int k) {
 static int sg_may_happen(const SG(work) * w, int what, int k) {
     const sg_contact *contact = &sg_contacts[k];
     const int slips = sg_slips_in(w->segment.mode[k]);
+    if (w->segment.absent[k] == what) {
+        return 0;
+    }
     switch (what) {
         case SG_GAP_CLOSES:
             return contact->normal >= 0 && !sg_holds(w, k) && w->segment.turned[k] != SG_TURNED_OFF;
@@ -268,7 +271,9 @@ static int sg_is_near(const SG(work) * w, int what, int k) {
     }
     bend = sg_max(SG_FABS(w->segment.span * rate_a - (f_b - f_a)),
                   SG_FABS(w->segment.span * rate_b - (f_b - f_a)));
-    return !(sg_min(f_a, f_b) > SG_C(0.25) * bend + SG_C(0.0625) * change);
+    /* nor one whose slope stays about as steep as at the ends: a sharp corner */
+    return !(sg_min(f_a, f_b) > SG_C(0.25) * bend + SG_C(0.0625) * change &&
+             f_a + f_b > SG_C(1.25) * w->segment.span * sg_max(SG_FABS(rate_a), SG_FABS(rate_b)));
 }
 
 /* Earliest event of gaps, slips and guards up to the share `end`. Returns 0 if the modes do not
@@ -285,7 +290,8 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->segment.seen[k] = 0;
         for (i = 0; i < 3; ++i) {
-            near = near || (sg_may_happen(w, kinds[i], k) && sg_is_near(w, kinds[i], k));
+            near = near || w->segment.absent[k] != SG_NOTHING ||
+                   (sg_may_happen(w, kinds[i], k) && sg_is_near(w, kinds[i], k));
         }
     }
     for (j = 1; j <= SG_SAMPLES && near && first->what == SG_NOTHING; ++j) {
@@ -310,6 +316,12 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
         }
         sg_look_along(w, par, b);
         sg_keep_sight(w);
+        for (k = 0; k < SG_N_CONTACTS; ++k) {
+            if (w->segment.absent[k] == SG_GAP_CLOSES &&
+                w->gap[sg_contacts[k].normal] < -SG_DIP * sg_event_scale(w, SG_GAP_CLOSES, k)) {
+                return 0; /* solved anew it stays open, but here it penetrates: too large a step */
+            }
+        }
     }
     return 1;
 }

@@ -60,9 +60,10 @@ static real sg_next_size(real tau, real value, real slope, real low, real high, 
 }
 
 /* Locate an event that the dense output shows: solve the segment up to it, until its function
-   vanishes at the end. The segment just solved has the size `rest`. */
+   vanishes at the end. The segment just solved has the size `rest`. An event that does not exist,
+   because the function stays positive, becomes none. */
 static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                  const sg_happening *event, real rest) {
+                  sg_happening *event, real rest) {
     const real noise = SG_C(4.0) * SG_EPS * (SG_FABS(w->segment.t) + w->segment.h);
     real tau = event->at * rest;
     real slope = event->slope / rest;
@@ -70,6 +71,7 @@ static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt,
     real last = rest; /* size for which the unknowns stand */
     real low = SG_C(0.0);
     real high = rest;
+    int falls = 0; /* whether the function was seen to be negative */
     int round;
     for (round = 0; round < SG_LOCATE_ROUNDS && tau > SG_C(0.0); ++round) {
         real value, rate, next;
@@ -92,10 +94,15 @@ static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt,
             low = tau;
         } else {
             high = tau;
+            falls = 1;
         }
         next = sg_next_size(tau, value, slope, low, high, round >= SG_SECANT_ROUNDS);
         if (SG_FABS(value) <= sg_event_floor(w, event->what, event->contact) ||
-            SG_FABS(next - tau) <= noise || high - low <= noise) {
+            (falls && (SG_FABS(next - tau) <= noise || high - low <= noise))) {
+            return SG_K(OK);
+        }
+        if (!falls && rest - tau <= noise + SG_TOUCH * rest) {
+            event->what = SG_NOTHING;
             return SG_K(OK);
         }
         before = value;
@@ -157,18 +164,12 @@ static void sg_take_segment(SG(work) * w, const SG(params) * par, SG(info) * inf
     sg_retain(w, par);
 }
 
-/* One segment from the place where the step stands, at most of size `rest`; *event says what ends
- * it.
- */
-static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                   real rest, sg_happening *event) {
+/* Solve the segment up to the end of the step, and look for the first event in it. */
+static int sg_seek_end(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                       SG(info) * info, real rest, sg_happening *event) {
     sg_happening force;
     int status;
-    if (w->segment.known) {
-        sg_measure_motion(w, rest);
-    }
-    sg_keep_start(w);
-    sg_keep_sight(w);
+    event->what = SG_NOTHING;
     status = sg_solve_segment(w, par, opt, info, rest, SG_C(0.0));
     if (status != SG_K(OK)) {
         return status;
@@ -186,10 +187,46 @@ static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt
         }
         status = sg_return(w, par);
     }
-    if (status == SG_K(OK) && event->what != SG_NOTHING) {
-        status = sg_pin(w, par, opt, info, event, rest);
-    }
     return status;
+}
+
+/* One segment from the place where the step stands, at most of size `rest`; *event says what ends
+ * it.
+ */
+static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                   real rest, sg_happening *event) {
+    int status, turn, k;
+    if (w->segment.known) {
+        sg_measure_motion(w, rest);
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        w->segment.absent[k] = SG_NOTHING;
+    }
+    sg_keep_start(w);
+    sg_keep_sight(w);
+    for (turn = 0; turn < SG_ABSENT_TURNS; ++turn) {
+        int what;
+        status = sg_seek_end(w, par, opt, info, rest, event);
+        what = event->what;
+        if (status == SG_K(OK) && what != SG_NOTHING) {
+            status = sg_pin(w, par, opt, info, event, rest);
+        }
+        if (status != SG_K(OK) || what == event->what) {
+            return status;
+        }
+        /* look again, past what is not there */
+        w->segment.absent[event->contact] = what;
+        status = sg_return(w, par);
+        if (status != SG_K(OK)) {
+            return status;
+        }
+        if (w->segment.known) {
+            sg_measure_motion(w, rest);
+        }
+        sg_look(w, par, w->segment.t, w->trial.q, w->trial.v);
+        sg_keep_sight(w);
+    }
+    return SG_K(NOT_CONVERGED);
 }
 
 /* The rest of the step as if nothing were looked for; if that fails, all of it. */

@@ -142,6 +142,16 @@ static int sg_is_predicted(const SG(work) * w, real h) {
     return s->warm && s->h_guess == h && s->segment == 1 + w->segment.rubs;
 }
 
+/* What is measured by the size of the step. */
+static void sg_resize(SG(work) * w, real h) {
+    int i;
+    w->h = h;
+    for (i = 0; i < SG_N_Q; ++i) {
+        w->masses.momentum[i] = sg_max(SG_FABS(w->p[i]), h * w->force_size[i]);
+    }
+    w->scales.formed = 0;
+}
+
 /* Solve the segment of size h from the trial state, where the step has been prepared. `again`: from
    the solution of a segment of size `again` from the same start. */
 static int sg_solve_segment(SG(work) * w, const SG(params) * par, const SG(options) * opt,
@@ -151,11 +161,9 @@ static int sg_solve_segment(SG(work) * w, const SG(params) * par, const SG(optio
     const int warm = sg_is_predicted(w, h);
     int problem, i;
     int status = SG_K(OK);
-    w->h = h;
-    for (i = 0; i < SG_N_Q; ++i) {
-        w->masses.momentum[i] = sg_max(SG_FABS(w->p[i]), h * w->force_size[i]);
+    if (w->h != h) {
+        sg_resize(w, h);
     }
-    w->scales.formed = 0;
     w->smooth.pivoting = 0;
     w->newton.mode = SG_FIRST_ATTEMPT;
     sg_say_given(w, h);

@@ -117,6 +117,7 @@ typedef SG(real) real;
 #define SG_BACK_ROUNDS 20
 #define SG_SECANT_ROUNDS 10
 #define SG_LOCATE_ROUNDS 64
+#define SG_ABSENT_TURNS 4
 #define SG_CLEAR_PUSH SG_C(0.25)
 #define SG_CLEAR_FRICTION SG_C(0.75)
 #define SG_REST SG_C(0.01)

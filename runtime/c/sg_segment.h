@@ -13,6 +13,7 @@ typedef struct {
     int before[SG_N_CONTACTS];   /* state before the event at its start */
     int touching[SG_N_CONTACTS]; /* whether its gap is closed there */
     int seen[SG_N_CONTACTS];     /* whether its event function was positive since */
+    int absent[SG_N_CONTACTS]; /* event that the dense output shows and the motion does not have */
     int turned[SG_N_CONTACTS];   /* guard that an event has turned: 1 it exists since, 2 it does not
                                   */
     int exists[SG_N_CONTACTS];   /* whether its guard lets it exist */
