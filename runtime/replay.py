@@ -1,5 +1,6 @@
 """A step that failed, as data and as a file that replays it alone."""
 
+import ctypes
 import json
 import os
 from collections.abc import Callable
@@ -123,12 +124,16 @@ _CONTENT: dict[str, Callable[[Any], bool]] = {
 
 
 def fields_of(struct: Any) -> dict[str, Any]:
-    """Fields of a C struct of numbers and arrays as plain Python."""
-    values = {}
-    for name, _ in struct._fields_:
-        value = getattr(struct, name)
-        values[name] = value if isinstance(value, (int, float)) else list(value)
-    return values
+    """Fields of a C struct as plain Python: numbers, lists, lists of such dictionaries."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, (int, float)):
+            return value
+        if isinstance(value, ctypes.Structure):
+            return fields_of(value)
+        return [plain(x) for x in value]
+
+    return {name: plain(getattr(struct, name)) for name, *_ in struct._fields_}
 
 
 def replay(stepper: Compiled, step: FailedStep) -> dict[str, Any]:

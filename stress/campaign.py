@@ -31,6 +31,7 @@ class Result:
     steps: int = 0
     counted: int = 0
     substepped: int = 0
+    captured: int = 0
     lost: int = 0
     pushing: int = 0
     gap: float = np.inf
@@ -43,7 +44,7 @@ class Result:
 
     def add(self, other: "Result") -> None:
         """Add the numbers of another result."""
-        for name in ("runs", "steps", "counted", "substepped", "lost", "pushing"):
+        for name in ("runs", "steps", "counted", "substepped", "captured", "lost", "pushing"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.gap = min(self.gap, other.gap)
         for name in ("complementarity", "cone", "gain"):
@@ -69,9 +70,9 @@ class Result:
 
 
 @cache
-def stepper_of(scene: str, stages: int) -> Stepper:
+def stepper_of(scene: str, stages: int, events: str = "captured") -> Stepper:
     """The compiled stepper of a scene."""
-    return build(SCENES[scene].model(), stages=stages)
+    return build(SCENES[scene].model(), stages=stages, events=events)
 
 
 def case_of(scene: str, seed: int, number: int) -> Case:
@@ -82,7 +83,8 @@ def case_of(scene: str, seed: int, number: int) -> Case:
 
 def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) -> Result:
     """Run one case and judge it."""
-    stepper, case = stepper_of(scene, stages), case_of(scene, seed, number)
+    events = options.get("events", "captured")
+    stepper, case = stepper_of(scene, stages, events), case_of(scene, seed, number)
     q, v = stepper.project(case.q, case.v, case.t, case.parameters)
     start = stepper.initial_state(case.parameters)[0] if case.t is None else case.t
     result = Result(scene, stages, runs=1)
@@ -108,6 +110,7 @@ def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) ->
     found = judge(traj, case.dt, case.passive)
     result.counted = int(np.count_nonzero(found.counted))
     result.substepped = int(np.count_nonzero(traj.substeps))
+    result.captured = int(np.count_nonzero(traj.captured))
     result.lost, result.pushing = found.lost, found.pushing
     result.gap, result.gain = found.gap, found.gain
     result.complementarity, result.cone = found.complementarity, found.cone

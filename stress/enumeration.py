@@ -83,7 +83,7 @@ class _Examination:
         self.contacts = m["contacts"]
         self.n_R, self.normal = n["n_R"], n["n_g"] + n["n_gamma"]
         self.slip = self.normal + n["n_N"]
-        self.position, self.velocity = m["problems"]
+        self.position, self.velocity = m["problems"][:2]
         state = step.state
         q, par = np.array(state["q"]), step.parameters
         self.at = {

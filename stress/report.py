@@ -13,19 +13,21 @@ from signorini.runtime.errors import RunError
 from signorini.runtime.files import write_text
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
+from signorini.runtime.stepper import Stepper
 from signorini.stress.campaign import RESCUES, Result, stepper_of
 from signorini.stress.corpus import SCENES
 from signorini.stress.enumeration import Verdict, examine
 
 _HEADINGS = (
-    *("scene", "s", "runs", "steps", "counted", "failed", "proven", "substeps"),
+    *("scene", "s", "runs", "steps", "counted", "failed", "proven", "captured", "substeps"),
     *RESCUES,
     *("mean", "99.9 %", "max", "gap", "compl.", "cone", "gain", "lost", "push"),
 )
 _WIDTH = 150
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
-    "left unsolved, proven: those of them that have no solution; substeps, cold, central, path: "
+    "left unsolved, proven: those of them that have no solution; captured: located steps that fell "
+    "back to capturing, at least their rest; substeps, cold, central, path: "
     "steps that needed them; mean, 99.9 %, max: Newton iterations of a step; gap: smallest at a "
     "stage [m]; compl., cone: worst relative violation of complementarity and friction law; "
     "gain: largest energy above the start's where none may be gained, over the kinetic energy; "
@@ -55,10 +57,7 @@ class Results:
 
     def examine(self) -> int:
         """Examine all failed steps; returns how many are not proven to have no solution."""
-        self.verdicts = [
-            (step, examine(stepper_of(step.about["scene"], step.stages), step))
-            for step in self.total.failures
-        ]
+        self.verdicts = [(step, examine(_stepper_of(step), step)) for step in self.total.failures]
         return sum(not verdict.proven for _, verdict in self.verdicts)
 
     def table(self) -> list[tuple[str, ...]]:
@@ -70,7 +69,7 @@ class Results:
             v.proven for step, v in self.verdicts
             if r is self.total or (step.about["scene"], step.stages) == (r.scene, r.stages)
         ]  # fmt: skip
-        counts = (r.runs, r.steps, r.counted, len(r.failures), sum(own), r.substepped)
+        counts = (r.runs, r.steps, r.counted, len(r.failures), sum(own), r.captured, r.substepped)
         return (
             r.scene, str(r.stages or ""), *map(str, counts),
             *(str(r.rescues[name]) for name in RESCUES),
@@ -121,6 +120,10 @@ class Results:
             step.save(folder / f"{name_of(step)}.json")
 
 
+def _stepper_of(step: FailedStep) -> Stepper:
+    return stepper_of(step.about["scene"], step.stages, step.options.get("events", "captured"))
+
+
 def name_of(step: FailedStep) -> str:
     """Name of a failed step of the corpus."""
     about = step.about
@@ -135,7 +138,7 @@ def replay(path: Path) -> Iterator[str]:
         raise RunError(
             f"{path} is of no scene of the corpus: load it with signorini.runtime.replay.FailedStep"
         )
-    stepper = stepper_of(scene, step.stages)
+    stepper = _stepper_of(step)
     result = take_again(stepper, step)
     yield f"{scene}, s = {step.stages}, t = {step.state['t']:g}, h = {step.h:g}"
     yield (

@@ -230,7 +230,7 @@ class Checker:
             at = [np.atleast_1d(x) for x in (t, q, v, u, R, list(parameters.values()))]
 
             def values(at: list[np.ndarray], names: list[str] = names) -> dict[str, np.ndarray]:
-                par = dict(zip(names, map(float, at[5]), strict=True))
+                par = self._within(stepper, dict(zip(names, map(float, at[5]), strict=True)))
                 return {
                     name: stepper.evaluate(name, float(at[0][0]), at[1], at[2], at[3], par, at[4])
                     for name in stepper.functions
@@ -270,6 +270,16 @@ class Checker:
                 for name, value in values(moved).items():
                     sizes[name] = np.maximum(sizes[name], factor * np.abs(value - here[name]))
         return sizes
+
+    @staticmethod
+    def _within(stepper: Stepper, par: dict[str, float]) -> dict[str, float]:
+        """Parameters within their bounds: round-off may lead out."""
+        moved = {}
+        for p in stepper.manifest["parameters"]:
+            low = -np.inf if p["min"] is None else p["min"]
+            top = np.inf if p["max"] is None else p["max"]
+            moved[p["name"]] = float(np.clip(par[p["name"]], low, top))
+        return moved
 
     def _any_state(self, stepper: Stepper, rng: np.random.Generator) -> tuple[Any, ...]:
         n = stepper.sizes

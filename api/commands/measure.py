@@ -4,7 +4,7 @@ import contextlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from rich import box
@@ -171,6 +171,7 @@ def stress(
     seed: Whole = 1,
     stages: Annotated[list[int] | None, Parameter(consume_multiple=True, negative=())] = None,
     workers: Whole | None = None,
+    events: Literal["captured", "located"] = "captured",
     out: Path | None = None,
     replay: Path | None = None,
     json: Switch = False,
@@ -193,6 +194,8 @@ def stress(
         Numbers of stages, by default 2 3 4.
     workers
         Processes, by default one for each core.
+    events
+        located: steps are cut at impacts and changes of stick and slip.
     out
         Folder for stress.md, stress.json and files of failed steps.
     replay
@@ -219,7 +222,7 @@ def stress(
     try:
         with Progress(console=console, transient=True) as bar:
             task = bar.add_task("steps", total=None)
-            for result in campaign(names, numbers, runs, seed, workers):
+            for result in campaign(names, numbers, runs, seed, workers, {"events": events}):
                 results.add(result)
                 bar.update(task, completed=results.total.steps)
         interrupted = "failed steps are not all examined"
