@@ -66,6 +66,7 @@ CATCHERS = (
         "tests/test_full_order.py tests/test_moreau.py tests/test_theta.py",
         "not coin",
     ),
+    ("located events", "tests/test_located.py", ""),
     ("tables", "tests/test_tables.py", ""),
     ("anisotropic friction", "tests/test_elliptic.py", ""),
     ("polygons", "tests/test_polygons.py", ""),
