@@ -20,6 +20,7 @@ from signorini.models import (
     slope,
     sphere_on_incline,
 )
+from signorini.verify.check import Checker
 from signorini.verify.motion import Motion
 
 Build = Callable[..., sg.Stepper]
@@ -222,6 +223,7 @@ def test_order_through_events(stepper: Build, scene: str, s: int) -> None:
     (coarse, _), (fine, traj) = (error(made, exact, t_end, k, **start) for k in (n, 2 * n))
     assert fine < 1e-11 or np.log2(coarse / fine) > 2 * s - 2 - 0.5
     assert fine < {2: 2e-2, 3: 2e-4, 4: 1e-6}[s]
+    assert traj.smallest_gap.min() > -1e-12
     mine = [(e.t, e.kind) for e in traj.events if e.kind in ("impact", "stick", "slip")]
     other = [(t, kind) for t, _, kind in motion.events if kind in ("impact", "stick", "slip")]
     assert [kind for _, kind in mine] == [kind for _, kind in other]
@@ -249,6 +251,17 @@ def test_boxes_fall_as_they_must(stepper: Build, seed: int) -> None:
     assert len(traj.events) == len(motion.events)
 
 
+def test_all_problems_are_those_of_the_reference(stepper: Build) -> None:
+    """Rows and Jacobians of segments, forces and impacts, too, against 50 digits."""
+    checker = Checker(box.model(), lambda model, s: stepper(box.model, s, events="located"))
+    checker.jacobians(stepper(box.model, 3, events="located"))
+    items = checker.report.items
+    assert {i.name.split()[0] for i in items} == {
+        *("position", "velocity", "segment", "accelerations", "impact")
+    }
+    assert all(i.worst <= i.tolerance for i in items)
+
+
 # --- obstacles, refusals, falling back ------------------------------------------------------------
 
 
@@ -266,6 +279,50 @@ def test_a_small_corner_is_not_passed_through() -> None:
     np.testing.assert_allclose(traj.v[-1], [1, 0] - 2 * normal[0] * normal, atol=1e-13)
     q, _ = traj(np.linspace(0, 0.6, 385))
     assert np.min(np.hypot(*q.T)) >= 1e-3 - 1e-15
+
+
+def lift() -> sg.Model:
+    """A mass on the floor is pulled up, or aside, by a force that grows, or up by an input."""
+    m = sg.Model("lift")
+    _, y = m.coordinates("x y", units="m m")
+    v_x, v_y = m.velocities
+    (pull,) = m.inputs("pull")
+    up, aside, mu = m.parameters(
+        up=sg.par(0.0, unit="N/s"), aside=sg.par(0.0, unit="N/s"), mu=sg.par(0.0, min=0)
+    )
+    m.lagrangian = (v_x**2 + v_y**2) / 2 - sp.Rational(981, 100) * y
+    m.force([aside * m.time, pull + up * m.time])
+    m.contact("floor", g_N=y, gamma_F=v_x, mu=mu)
+    m.initial_state(q=[0, 0])
+    return m
+
+
+def test_a_contact_opens_when_its_force_ends(stepper: Build) -> None:
+    made = stepper(lift, 3, events="located")
+    grows = made.simulate(t_end=2.0, dt=0.1, parameters={"up": 7.0}, events="located")
+    (event,) = grows.events
+    assert (event.kind, event.t) == ("open", pytest.approx(G / 7, abs=1e-13))
+    assert grows.q[-1, 1] == pytest.approx(7 * (2 - G / 7) ** 3 / 6, abs=1e-13)
+    assert grows.P_N.sum() == pytest.approx(G * G / 7 / 2, rel=1e-12)
+    jumps = made.simulate(t_end=1.0, dt=0.1, inputs=[[0.0]] * 5 + [[20.0]] * 5, events="located")
+    (event,) = jumps.events
+    assert (event.kind, event.t) == ("open", pytest.approx(0.5, abs=1e-15))
+    assert jumps.q[-1, 1] == pytest.approx((20 - G) / 8, abs=1e-14)
+    assert not grows.captured.any()
+    assert not jumps.captured.any()
+
+
+def test_what_sticks_slips_when_its_friction_ends(stepper: Build) -> None:
+    """Pulled by 3 t the mass slips from mu g = 3 t on, with the acceleration 3 t - mu g."""
+    made = stepper(lift, 3, events="located")
+    traj = made.simulate(t_end=2.0, dt=0.1, parameters={"aside": 3.0, "mu": 0.4}, events="located")
+    (event,) = traj.events
+    begins = 0.4 * G / 3
+    assert (event.kind, event.t) == ("slip", pytest.approx(begins, abs=1e-13))
+    assert np.max(np.abs(traj.q[traj.t < begins])) < 1e-15
+    assert traj.q[-1, 0] == pytest.approx(3 * (2 - begins) ** 3 / 6, abs=1e-13)
+    assert traj.P_F.sum() == pytest.approx(-3 * begins**2 / 2 - 0.4 * G * (2 - begins), rel=1e-12)
+    assert not traj.captured.any()
 
 
 def test_three_balls_pass_on_the_impact(stepper: Build) -> None:

@@ -159,9 +159,15 @@ static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(optio
         real q[SG_N_Q], v[SG_N_Q];
         sg_dense(w, x, q, v);
         status = sg_visit(w, par, opt, info, w->segment.t + x * w->segment.span, q, v);
-        if (status == SG_K(OK) && j > 0) {
+        if (status == SG_K(OK) && j == 0) {
+            sg_keep_force_values(w, before);
+        }
+        if (status == SG_K(OK)) {
             first->at = SG_C(2.0);
             sg_force_falls(w, opt, before, first);
+            if (first->what != SG_NOTHING && j == 0) {
+                return SG_K(REJECTED); /* inputs may have changed: other modes from the start on */
+            }
             if (first->what != SG_NOTHING) {
                 const real a = end * (real)(j - 1) / (real)SG_FORCE_SAMPLES;
                 const real now = sg_force_value(w, first->what, first->contact);
