@@ -209,7 +209,6 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("an event is taken where it was first looked for", LOCATED, "(falls && (SG_FABS(next - tau) <= noise || high - low <= noise))", "round >= 0"),
     Mutant("contacts without force stay closed", LOCATED, "            w->segment.mode[k] = SG_K(OPEN);\n            return k;", "            return -1;"),
     Mutant("nobody hears that a step was captured", LOCATED, "info->captured = done > SG_C(0.0) ? 1 : 2;", "info->captured = 0;"),
-    Mutant("sticking is without force at a segment's start", "runtime/c/sg_pass.c", "w->given[SG_N_GAMMA + f] = part * w->segment.force[SG_SLIP + f];", "w->given[SG_N_GAMMA + f] = SG_C(0.0);"),
     Mutant("velocity constraints are without force at a segment's start", "runtime/c/sg_pass.c", "w->given[c] = part * w->segment.force[SG_N_G + c];", "w->given[c] = SG_C(0.0);"),
     Mutant("gaps are looked at at the ends of a segment alone", "runtime/c/sg_events.c", "j <= SG_SAMPLES && near", "j <= SG_SAMPLES && near && 0 * j"),
     Mutant("percussions of a located impact are lost", STRIKE, "w->segment.P[k] += P[k];", "w->segment.P[k] += SG_C(0.0) * P[k];"),

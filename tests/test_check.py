@@ -14,7 +14,7 @@ import pytest
 import signorini as sg
 import sympy as sp
 from signorini.locate import shipped
-from signorini.models import bouncing_ball, box, chaplygin_sleigh, slope
+from signorini.models import bouncing_ball, box, chaplygin_sleigh, conveyor_oscillator, slope
 from signorini.verify.check import Checker
 from signorini.verify.judge import accepts
 from signorini.verify.reference import Reference, Step
@@ -198,6 +198,14 @@ def test_a_flipped_sign_fails(make: Callable[[], sg.Model], number: str, tmp_pat
         (chaplygin_sleigh.model, {}, "velocity constraints at full order"),
         (chaplygin_sleigh.model, {"velocity_constraints": "paper"}, "the paper's form"),
         (bouncing_ball.model, {"prefix": "b"}, "prefix b"),
+        pytest.param(
+            *(bouncing_ball.model, {"events": "located"}, "located events (T13)"),
+            marks=pytest.mark.thorough,
+        ),
+        pytest.param(
+            *(conveyor_oscillator.model, {"events": "located"}, "located events (T13)"),
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_every_form_is_checked_and_named(

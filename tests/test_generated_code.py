@@ -47,15 +47,23 @@ from trap_models import (
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize(
+    ("precision", "events"),
+    [
+        ("double", "captured"),
+        ("float", "captured"),
+        ("double", "located"),
+        pytest.param("float", "located", marks=pytest.mark.thorough),
+    ],
+)
 @pytest.mark.parametrize(
     "make", all_of(MODELS, (slope.model, rheonomic, mixed_contacts)), ids=identify
 )
 def test_no_warnings_and_only_libm(
-    make: Callable[[], sg.Model], precision: str, tmp_path: Path
+    make: Callable[[], sg.Model], precision: str, events: str, tmp_path: Path
 ) -> None:
     model = make()
-    folder = sg.generate(model, tmp_path / "c", stages=3, precision=precision)
+    folder = sg.generate(model, tmp_path / "c", stages=3, precision=precision, events=events)
     source = folder / f"{model.name}.c"
     functions = folder / f"{model.name}_model.c"
     # gcc finds what depends on the flow of data only when it optimises; clang does not need to.

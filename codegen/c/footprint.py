@@ -72,6 +72,9 @@ def stack_bound(real: int, locals_: int, lines: int, start: int, n_contacts: int
     return 1600 + real * (locals_ + locals_ // 4 + lines // 6) + max(start, _INT * n_contacts)
 
 
+LOCATED_FLASH = 20_000  # code of the runtime for steps that are cut at their events
+
+
 def flash_bound(lines: int, operations: int, products: int) -> int:
     """Bound from statements and operations; of software floating point the calls, not the code."""
     return (46_000 + 33 * lines + 13 * operations + 40 * products) // 1000 * 1000

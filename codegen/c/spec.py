@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from signorini.codegen.c.elimination import Elimination
 from signorini.codegen.c.footprint import (
     DIRECTIONS,
+    LOCATED_FLASH,
     Footprint,
     flash_bound,
     iteration_bound,
@@ -303,13 +304,15 @@ class EmitSpec:
                 lines,
                 sizes["consistency"],
                 n.n_contacts,
-            ),
+            )
+            + (sizes["info"] if self.located else 0),
             flash=flash_bound(
                 lines,
                 sum(f.operations for f in written),
                 sum(e.products for e in unrolled),
             )
-            + sum(real * c.numbers for c in self.curves),
+            + sum(real * c.numbers for c in self.curves)
+            + (LOCATED_FLASH if self.located else 0),
             start=start,
             values=sum(count(p.values) for p in self.problems),
             derivatives=sum(count(p.derivatives) for p in self.problems),

@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: MIT-0
  */
 #undef SG
+#undef SG_ABSENT_TURNS
 #undef SG_BACK_ROUNDS
 #undef SG_BAND
 #undef SG_BLURRED
@@ -27,6 +28,7 @@
 #undef SG_COUNTS
 #undef SG_CYCLE
 #undef SG_DESCENT
+#undef SG_DIP
 #undef SG_DIP_ROUNDS
 #undef SG_DIRECTIONS
 #undef SG_EPS

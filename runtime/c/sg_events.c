@@ -13,6 +13,16 @@ typedef struct {
     real slope; /* of the event function there, by that share */
 } sg_happening;
 
+/* No event; the share lies beyond the segment. */
+static sg_happening sg_no_event(void) {
+    sg_happening none;
+    none.what = SG_NOTHING;
+    none.contact = 0;
+    none.at = SG_C(2.0);
+    none.slope = SG_C(0.0);
+    return none;
+}
+
 /* Guards that events have turned: their values say nothing there. */
 enum { SG_TURNED_ON = 1, SG_TURNED_OFF = 2 };
 
@@ -284,8 +294,7 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
     static const int kinds[] = {SG_GAP_CLOSES, SG_SLIP_ENDS, SG_GUARD_TURNS};
     int near = 0;
     int i, j, k;
-    first->what = SG_NOTHING;
-    first->at = SG_C(2.0);
+    *first = sg_no_event();
     sg_look_along(w, par, SG_C(1.0));
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->segment.seen[k] = 0;
@@ -299,7 +308,7 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
         const real b = (real)j / (real)SG_SAMPLES;
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             for (i = 0; i < 3; ++i) {
-                sg_happening event;
+                sg_happening event = sg_no_event();
                 event.what = kinds[i];
                 event.contact = k;
                 if (!sg_may_happen(w, kinds[i], k)) {

@@ -153,7 +153,7 @@ static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(optio
     real before[2 * SG_N_CONTACTS];
     int status = SG_K(OK);
     int j;
-    first->what = SG_NOTHING;
+    *first = sg_no_event();
     for (j = 0; j <= SG_FORCE_SAMPLES && status == SG_K(OK); ++j) {
         const real x = end * (real)j / (real)SG_FORCE_SAMPLES;
         real q[SG_N_Q], v[SG_N_Q];

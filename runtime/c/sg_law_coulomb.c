@@ -22,7 +22,7 @@ static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
 /* `slip` for a slip velocity; returns the velocity's size. Where it is zero `slip` stays. */
 static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma, real *slip) {
     const sg_contact *contact = &sg_contacts[k];
-    real own[2];
+    real own[2] = {SG_C(0.0), SG_C(0.0)};
     real size;
     int d;
     for (d = 0; d < contact->components; ++d) {

@@ -169,7 +169,7 @@ static int sg_seek_end(SG(work) * w, const SG(params) * par, const SG(options) *
                        SG(info) * info, real rest, sg_happening *event) {
     sg_happening force;
     int status;
-    event->what = SG_NOTHING;
+    *event = sg_no_event();
     status = sg_solve_segment(w, par, opt, info, rest, SG_C(0.0));
     if (status != SG_K(OK)) {
         return status;
@@ -355,7 +355,7 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
     sg_way way = sg_set_out(w, s, h);
     int events;
     for (events = 0; way.done < h && events <= opt->max_events; ++events) {
-        sg_happening event;
+        sg_happening event = sg_no_event();
         const int status = sg_go_on(w, s, par, opt, info, &way, &event);
         if (status == SG_K(OK)) {
             sg_accept(w, par, info, &way, &event, events == 0);

@@ -138,7 +138,8 @@ static void sg_count(int *counts, int first, const SG(info) * info) {
 /* 1 if the stages in the work struct are those of the whole step. */
 static int sg_has_stages(const SG(state) * s, const SG(info) * info) {
 #if SG_LOCATED
-    return info->substeps == 0 && (!s->located || info->captured == 2 || s->segment == 1);
+    return info->substeps == 0 &&
+           (!s->located || info->captured == 2 || (s->segment == 1 && info->n_events == 0));
 #else
     (void)s;
     return info->substeps == 0;
