@@ -4,7 +4,7 @@ extrapolation to round-off, cut where a mode ends.
 Nothing here is a time-stepping scheme. It is what located steps are compared with.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -155,7 +155,7 @@ class Motion:
     # --- contact problems ------------------------------------------------------------------------
 
     def _sweep(
-        self, G: np.ndarray, y: np.ndarray, blocks: list[tuple[int | None, slice, float, float]]
+        self, G: np.ndarray, y: np.ndarray, blocks: Sequence[tuple[int | None, slice, float, float]]
     ) -> np.ndarray:
         """Percussions P of 0 <= y + G P and friction, by projections one contact after the other.
 
@@ -252,7 +252,7 @@ class Motion:
             k = next(
                 i for i, row in enumerate(self.rows) if row[0] == n and row[1].start == f.start
             )
-            radius = own_bound if n is None else own_mu * P[n]
+            radius = float(own_bound if n is None else own_mu * P[n])
             if n is not None and P[n] <= 1e-12 * top:
                 modes[k] = Mode()
             elif f.stop > f.start and np.linalg.norm(P[f]) >= radius * (1 - 1e-10):
@@ -301,7 +301,7 @@ class Motion:
             if n is not None:
                 found[k, "open"] = lam[n]
             if mode.kind == "stick":
-                radius = bound[b] if n is None else mu[k] * lam[n]
+                radius = float(bound[b] if n is None else mu[k] * lam[n])
                 found[k, "slip"] = radius - float(np.linalg.norm(lam[f]))
             if mode.kind == "slip":
                 assert mode.direction is not None
