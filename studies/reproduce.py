@@ -6,11 +6,16 @@ from pathlib import Path
 
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.runtime.compile import describe_machine
-from signorini.studies import figures, invariants, limits, paper
+from signorini.studies import figures, invariants, limits, located, paper
 from signorini.studies.claims import Claim, markdown
 from signorini.studies.paper import Progress, Study
 
-STUDIES: dict[str, Callable[..., Study]] = {**paper.STUDIES, **limits.STUDIES, **invariants.STUDIES}
+STUDIES: dict[str, Callable[..., Study]] = {
+    **paper.STUDIES,
+    **limits.STUDIES,
+    **invariants.STUDIES,
+    **located.STUDIES,
+}
 NAMES = tuple(name.replace(" ", "_") for name in STUDIES)
 
 

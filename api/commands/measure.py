@@ -40,7 +40,7 @@ def reproduce(*names: str, out: Path) -> None:
         all, or some of fig3, fig4, fig6, fig8, fig9 (the paper's figures), orders,
         lost_impacts, bilateral (where its orders end), full_order (where they do not),
         energy, reversibility, work,
-        moreau (a second scheme), high_orders.
+        moreau (a second scheme), high_orders, located (events at their own time).
     out
         Folder for figures (PNG, PDF), results.md and results.json.
     """
