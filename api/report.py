@@ -22,6 +22,8 @@ def summary(traj: Trajectory) -> dict[str, Any]:
         "scheme": m["scheme"],
         "stages": m["stages"],
         "precision": m["precision"],
+        "located": traj.options.get("events") == "located",
+        "captured": int(np.count_nonzero(traj.captured[1:])),
         "generator": m["generator"],
         "parameters": traj.parameters,
         "t": [float(traj.t[0]), float(traj.t[-1])],
@@ -97,6 +99,9 @@ def show(console: Console, traj: Trajectory, most: int = 12) -> None:
         rescued = int(np.count_nonzero(traj.rescues[1:]))
         halved = int(np.count_nonzero(traj.substeps[1:]))
         table.add_row("rows with rescues, substeps", f"{rescued}, {halved} of {rows}")
+        if traj.options.get("events") == "located":
+            back = int(np.count_nonzero(traj.captured[1:]))
+            table.add_row("events", f"located; {back} of {rows} rows hold captured steps")
         several = int(np.count_nonzero(traj.percussions[1:] > 1))
         if several:
             table.add_row("percussions one of several", f"in {several} of {rows} rows")

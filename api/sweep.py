@@ -149,6 +149,7 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
         v0=v0 or None,
         parameters=parameters,
         threads=1,
+        events=m["events"],
     )
     rows = slice(-sweep.last, None) if sweep.last else slice(None)
     kept = {name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")}

@@ -1,5 +1,7 @@
 """Steps that are cut at their events, against closed forms and motion by events."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -351,6 +353,29 @@ def test_at_most_so_many_events_in_a_step(ball: sg.Stepper) -> None:
     assert few.captured.tolist() == [0, 0, 0, 1]
     with pytest.raises(sg.RunError, match="max_events = 65: give an integer from 1 to 64"):
         ball.simulate(**about, events="located", max_events=65)
+
+
+@pytest.mark.thorough
+def test_the_command_line_locates_events(tmp_path: Path) -> None:
+    """run, sweep and stress with --events located; the sweep takes the steps of a run."""
+    command = (sys.executable, "-m", "signorini")
+
+    def call(*words: str) -> str:
+        done = subprocess.run([*command, *words], capture_output=True, text=True, check=True)
+        return done.stdout
+
+    page = call("run", "bouncing_ball", "--t-end", "1.1", "--events", "located")
+    assert "located; 0 of 110 rows hold captured steps" in page
+    assert "0.428353" in page
+    about = ("--t-end", "1.5", "--dt", "0.05", "--events", "located", "--out", str(tmp_path / "s"))
+    call("sweep", "bouncing_ball", "--over", "e_N=0.4,0.5", *about)
+    made = sg.build(bouncing_ball.model(), events="located")
+    traj = made.simulate(t_end=1.5, dt=0.05, parameters={"e_N": 0.5}, events="located")
+    end = sg.open_sweep(tmp_path / "s")["q"].to_numpy().reshape(2, -1, 3)[1, -1]
+    np.testing.assert_array_equal(end, traj.q[-1])
+    table = call("stress", "--scenes", "box_drop", "--runs", "1", "--stages", "2",
+                 "--events", "located")  # fmt: skip
+    assert "box_drop" in table
 
 
 def test_a_stepper_without_located_events_makes_them_or_says_so(stepper: Build) -> None:
