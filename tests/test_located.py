@@ -1,5 +1,6 @@
 """Steps that are cut at their events, against closed forms and motion by events."""
 
+import ctypes
 import subprocess
 import sys
 from collections.abc import Callable
@@ -144,6 +145,19 @@ def test_all_ways_of_running_take_the_same_steps(ball: sg.Stepper) -> None:
     np.testing.assert_array_equal(batch.q[0], traj.q)
     assert batch.trajectory(1).events != traj.events
     assert batch.trajectory(0).events == traj.events
+
+
+@pytest.mark.parametrize("fill", [0xFF, 0x3C])
+def test_nothing_survives_in_the_scratch(ball: sg.Stepper, fill: int) -> None:
+    """Whatever the work struct holds before a step, the step is the same: no number, or 1e-17."""
+    about: dict[str, Any] = {"dt": 1e-2, "parameters": {"e_N": 0.4}, "events": "located"}
+    sim = ball.start(**about)
+    for _ in range(120):
+        ctypes.memset(ctypes.byref(sim._work), fill, ctypes.sizeof(sim._work))
+        sim.step()
+    traj = ball.simulate(t_end=1.2, **about)
+    np.testing.assert_array_equal(sim.q, traj.q[-1])
+    np.testing.assert_array_equal(sim.v, traj.v[-1])
 
 
 def test_a_file_keeps_what_was_captured(ball: sg.Stepper, tmp_path: Path) -> None:

@@ -73,6 +73,12 @@ static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt,
     real high = rest;
     int falls = 0; /* whether the function was seen to be negative */
     int round;
+    if (!(tau > SG_C(0.0))) {
+        /* at the start itself, where forces are at the boundary to round-off */
+        const int status = sg_return(w, par);
+        w->segment.span = SG_C(0.0);
+        return status;
+    }
     for (round = 0; round < SG_LOCATE_ROUNDS && tau > SG_C(0.0); ++round) {
         real value, rate, next;
         int status = sg_return(w, par);
@@ -339,7 +345,9 @@ static void sg_accept(SG(work) * w, const SG(params) * par, SG(info) * info, sg_
     const int ends = event->what == SG_NOTHING;
     int k;
     sg_tell_changes(w, info);
-    sg_take_segment(w, par, info, whole && ends);
+    if (ends || w->segment.span > SG_C(0.0)) {
+        sg_take_segment(w, par, info, whole && ends);
+    }
     way->done =
         ends || h - (way->done + w->segment.span) <= least ? h : way->done + w->segment.span;
     way->again = 0;

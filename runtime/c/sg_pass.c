@@ -71,7 +71,7 @@ static int sg_check_segment(SG(work) * w, const SG(options) * opt, int problem) 
    start, percussions are what acts there. */
 static void sg_guess(SG(work) * w, int problem, real h) {
     const sg_problem *pr = &sg_problems[problem];
-    const real part = w->segment.known ? h / w->segment.h : SG_C(0.0);
+    const real part = h / w->segment.h;
     const int stages = problem == SG_SEGMENT ? SG_N_DENSE : pr->n_x / SG_N_Q;
     int i, c;
     for (i = 0; i < pr->n_x; ++i) {
@@ -79,11 +79,15 @@ static void sg_guess(SG(work) * w, int problem, real h) {
         real share;
         stage = stage < stages ? stage : stage - stages + 1; /* U^i behind V^i */
         share = stages > 1 ? (real)stage / (real)(stages - 1) : SG_C(1.0);
-        w->x[pr->x + i] = w->v[i % SG_N_Q] + part * share * w->segment.acceleration[i % SG_N_Q];
+        w->x[pr->x + i] = w->v[i % SG_N_Q];
+        if (w->segment.known) {
+            w->x[pr->x + i] += part * share * w->segment.acceleration[i % SG_N_Q];
+        }
     }
     for (i = 0; i < pr->n_slots; ++i) {
         for (c = 0; c < SG_N_R; ++c) {
-            w->R[pr->R + i * SG_N_R + c] = part * w->segment.force[c];
+            w->R[pr->R + i * SG_N_R + c] =
+                w->segment.known ? part * w->segment.force[c] : SG_C(0.0);
         }
     }
 }

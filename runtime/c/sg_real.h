@@ -121,7 +121,7 @@ typedef SG(real) real;
 #define SG_CLEAR_PUSH SG_C(0.25)
 #define SG_CLEAR_FRICTION SG_C(0.75)
 #define SG_REST SG_C(0.01)
-#define SG_DIP SG_C(0.0009765625) /* of the way in a segment: what truncation may take from a gap */
+#define SG_DIP SG_C(0.0009765625) /* share of the way that truncation may take from a gap */
 
 /* Numbers of a row of record.counts. */
 #define SG_COUNTS 8
