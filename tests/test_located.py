@@ -341,6 +341,24 @@ def test_what_sticks_slips_when_its_friction_ends(stepper: Build) -> None:
     assert not traj.captured.any()
 
 
+def test_what_slides_over_an_edge_falls() -> None:
+    """The table ends at x = 1: its guard turns within a step, and the mass falls from there on."""
+    m = sg.Model("table_edge")
+    x, y = m.coordinates("x y", units="m m")
+    v_x, v_y = m.velocities
+    m.lagrangian = (v_x**2 + v_y**2) / 2 - sp.Rational(981, 100) * y
+    m.contact("table", g_N=y, gamma_F=v_x, mu=sp.Rational(1, 5), guard=1 - x)
+    m.initial_state(q=[0, 0], v=[3, 0])
+    made = sg.build(m, stages=3, events="located")
+    traj = made.simulate(t_end=1.0, dt=0.1, events="located")
+    (event,) = traj.events
+    falls = (3 - np.sqrt(9 - 0.4 * G)) / (0.2 * G)
+    assert (event.kind, event.t) == ("guard", pytest.approx(falls, abs=1e-14))
+    assert traj.q[-1, 1] == pytest.approx(-G / 2 * (1 - falls) ** 2, abs=1e-13)
+    assert traj.v[-1, 0] == pytest.approx(3 - 0.2 * G * falls, abs=1e-13)
+    assert not traj.captured.any()
+
+
 def test_three_balls_pass_on_the_impact(stepper: Build) -> None:
     """Apart they hand over all of it; touching, one impact problem gives (-1/3, 2/3, 2/3)."""
     made = stepper(cradle.model, 3, events="located")

@@ -272,7 +272,7 @@ static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const 
             const int kind = sg_event_kind(w->segment.before[k], info->contact[k], info->impacts[k],
                                            w->found.exists[k]);
             if (kind >= 0) {
-                sg_tell(info, w, s->t + h, k, kind,
+                sg_tell(info, s->t + h, k, kind,
                         kind == SG_K(EVENT_IMPACT) ? after - energy : SG_C(0.0), info->P);
             }
             info->impacts[k] += w->segment.impacts[k];

@@ -7,7 +7,7 @@
 /* Problems of a located step, behind those of a captured one. */
 enum { SG_SEGMENT = SG_N_CHAIN, SG_ACCELERATIONS, SG_IMPACT };
 
-/* Within this share of its scale a gap is closed, and a rate zero. */
+/* 1 for the modes in which friction is at the boundary of its set. */
 static inline int sg_slips_in(int mode) { return mode == SG_K(SLIP) || mode == SG_K(SLIP_BACK); }
 
 /* Contact k presses, or is a friction element that exists. */

@@ -5,10 +5,8 @@
 /* What happens at one place: impacts, then the modes in which the step goes on. */
 
 /* Note an event of a located step. */
-static void sg_tell(SG(info) * info, const SG(work) * w, real t, int k, int kind, real energy,
-                    const real P[]) {
+static void sg_tell(SG(info) * info, real t, int k, int kind, real energy, const real P[]) {
     const sg_contact *contact = &sg_contacts[k];
-    (void)w;
     if (info->n_events < SG_N_EVENTS) {
         SG(event) *event = &info->events[info->n_events];
         int d;
@@ -112,7 +110,7 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
         if (sg_strikes(w, k)) {
             w->trial.t_impact[k] = t;
             ++w->segment.impacts[k];
-            sg_tell(info, w, t, k, SG_K(EVENT_IMPACT), energy, P);
+            sg_tell(info, t, k, SG_K(EVENT_IMPACT), energy, P);
             energy = SG_C(0.0); /* of all that struck at once, told with the first */
         }
     }
@@ -205,7 +203,7 @@ static void sg_tell_changes(const SG(work) * w, SG(info) * info) {
             sg_event_kind(w->segment.before[k], w->segment.mode[k], 0, w->found.exists[k]);
         const int struck = kind == SG_K(EVENT_CLOSE) && w->trial.t_impact[k] == w->segment.t;
         if (kind >= 0 && !struck) {
-            sg_tell(info, w, w->segment.t, k, kind, SG_C(0.0), NULL);
+            sg_tell(info, w->segment.t, k, kind, SG_C(0.0), NULL);
         }
     }
 }
