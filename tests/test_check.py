@@ -268,3 +268,12 @@ def test_a_judge_of_steps() -> None:
     W = reference.e.W(0.0, at[1], along.v_end, at[3], par)
     along.v_end[:] = at[2] + np.linalg.solve(reference.mass(at), W @ P + [0, -9.81 * h, 0])
     assert not accepts(reference, along, at, h, 1e-8)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("name", "s"), [("cradle", 2), ("rocking_block", 3)])
+def test_bounds_and_bodies_at_rest_are_no_errors(name: str, s: int) -> None:
+    """Parameters stay within their bounds; round-off of a body at rest is no other motion."""
+    model = importlib.import_module(f"signorini.models.{name}").model()
+    report = sg.check(model, stages=(s,))
+    assert report, str(report)
