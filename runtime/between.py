@@ -31,10 +31,11 @@ class _Walker:
 
     def __init__(self, traj: Any) -> None:
         self.traj = traj
-        stepper = traj.stepper
+        options = RunOptions.of(traj.options)
+        self.stepper = stepper = traj.stepper.fitting(options)
         self.lib = stepper.library
         self.params = stepper.c_params(traj.parameters)
-        self.options = stepper.c_options(RunOptions.of(traj.options))
+        self.options = stepper.c_options(options)
         self.work, self.info = self.lib.structs["work"](), self.lib.structs["info"]()
         rows = max(len(traj.t) - 1, 1)
         self.h = (traj.t[-1] - traj.t[0]) / max(traj.steps, 1)
@@ -44,7 +45,7 @@ class _Walker:
         traj = self.traj
         row = int(np.searchsorted(traj.t, time, side="right")) - 1
         t = float(traj.t[row])
-        state = traj.stepper.c_state(t, traj.q[row], traj.v[row])
+        state = self.stepper.c_state(t, traj.q[row], traj.v[row])
         u = self.lib.array(traj.u[row])
         whole = 0 if self.every == 1 else int((time - t) / self.h * (1 + 1e-12))
         for h in (*(self.h,) * whole, time - t - whole * self.h):

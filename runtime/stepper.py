@@ -60,7 +60,7 @@ class Stepper(Compiled):
         self.locating: Callable[[], Stepper] | None = None
         self._locating: Stepper | None = None
 
-    def _for(self, options: RunOptions) -> "Stepper":
+    def fitting(self, options: RunOptions) -> "Stepper":
         """The stepper that has what the options ask for: this one, or one made on first use."""
         m = self.manifest
         if options.events == "captured" or m["events"] == "located" or not m["contacts"]:
@@ -199,7 +199,7 @@ class Stepper(Compiled):
         if progress is not None and not callable(progress):
             raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self.inputs_of(inputs, n_steps)
-        stepper = self._for(options)
+        stepper = self.fitting(options)
         run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
         return run.go(u, asked, progress)
 
@@ -239,7 +239,7 @@ class Stepper(Compiled):
         """
         chosen = RunOptions.of({"max_halvings": max_halvings, **options})
         return start_simulator(
-            self._for(chosen),
+            self.fitting(chosen),
             dt=dt,
             q0=q0,
             v0=v0,
@@ -316,7 +316,7 @@ class Stepper(Compiled):
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
         chosen = RunOptions.of({"max_halvings": max_halvings, **options})
         return run_batch(
-            self._for(chosen),
+            self.fitting(chosen),
             h=h,
             n_steps=n_steps,
             every=_interval(every, n_steps),
@@ -376,7 +376,7 @@ class Stepper(Compiled):
         if h <= 0:
             raise RunError(f"dt = {h:g}: give a step size > 0")
         chosen = RunOptions.of(options)
-        run = Run(self._for(chosen), par, chosen, number("t", t), q, v, h, 1, 1, True)
+        run = Run(self.fitting(chosen), par, chosen, number("t", t), q, v, h, 1, 1, True)
         return run.go(inputs, None, None)
 
 

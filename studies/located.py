@@ -135,7 +135,8 @@ def flights(x: float, v: float, omega: float, r: float, t_end: float) -> tuple[f
                     hit = mp.findroot(lambda z, at=at: at(z)[0], (low, high), solver="anderson")
                 low = high
             if hit is None:
-                return tuple(float(y) for y in at(end))
+                x_end, v_end = at(end)
+                return float(x_end), float(v_end)
             t, place, speed = hit, mp.mpf(0), -restitution * at(hit)[1]
 
 
@@ -147,7 +148,7 @@ def _oscillator(study: Study, frequencies: int) -> None:
         t_end=400 * period, dt=period / 40, every=40, parameters={"omega": omega}, events="located"
     )
     z = np.column_stack([traj.q[:, 0], traj.v[:, 0]])[-3:]
-    end = flights(*z[0], omega, 0.8, 2 * period)
+    end = flights(float(z[0, 0]), float(z[0, 1]), omega, 0.8, 2 * period)
     study.claims += [
         Claim("impact oscillator", "omega = 2.7 has period two: change over two periods",
               float(np.max(np.abs(z[2] - z[0]))), "<=", 1e-9),

@@ -160,13 +160,15 @@ def test_nothing_survives_in_the_scratch(ball: sg.Stepper, fill: int) -> None:
     np.testing.assert_array_equal(sim.v, traj.v[-1])
 
 
-def test_a_file_keeps_what_was_captured(ball: sg.Stepper, tmp_path: Path) -> None:
+def test_a_file_keeps_what_was_captured(ball: sg.Stepper, stepper: Build, tmp_path: Path) -> None:
     traj = bounce(ball, 0.5, e_N=0.5)
     path = traj.save(tmp_path / "run.npz")
     again = sg.Trajectory.load(path, ball)
     np.testing.assert_array_equal(again.captured, traj.captured)
     assert again.events == traj.events
     np.testing.assert_array_equal(again(0.47)[0], traj(0.47)[0])
+    plain = sg.Trajectory.load(path, stepper(bouncing_ball.model, 3))
+    np.testing.assert_array_equal(plain(0.47)[0], traj(0.47)[0])
 
 
 # --- against motion by events ---------------------------------------------------------------------
