@@ -106,6 +106,15 @@ def test_step(tmp_path: Path) -> None:
     assert all_hold(step_units(tmp_path / "c"))
 
 
+def test_located(tmp_path: Path) -> None:
+    """Dense output, brackets, the separate check of a segment, refusals."""
+    folder = sg.generate(
+        bouncing_ball.model(), tmp_path / "c", stages=3, prefix="ball", events="located"
+    )
+    source = ROOT / "tests" / "c" / "test_located.c"
+    assert all_hold(build_and_run(source, folder, folder, "-O0"))
+
+
 def test_full_order(tmp_path: Path) -> None:
     assert all_hold(full_units(tmp_path / "c"))
 

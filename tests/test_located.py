@@ -147,6 +147,15 @@ def test_all_ways_of_running_take_the_same_steps(ball: sg.Stepper) -> None:
     assert batch.trajectory(0).events == traj.events
 
 
+def test_captured_steps_are_what_they_were(ball: sg.Stepper, stepper: Build) -> None:
+    """With the code of located steps beside them, to the last bit."""
+    about: dict[str, Any] = {"t_end": 1.5, "dt": 1e-2, "parameters": {"e_N": 0.4}}
+    one, other = ball.simulate(**about), stepper(bouncing_ball.model, 3).simulate(**about)
+    np.testing.assert_array_equal(one.q, other.q)
+    np.testing.assert_array_equal(one.P_F, other.P_F)
+    assert one.events == other.events
+
+
 @pytest.mark.parametrize("fill", [0xFF, 0x3C])
 def test_nothing_survives_in_the_scratch(ball: sg.Stepper, fill: int) -> None:
     """Whatever the work struct holds before a step, the step is the same: no number, or 1e-17."""
