@@ -204,7 +204,7 @@ def test_a_flipped_sign_fails(make: Callable[[], sg.Model], number: str, tmp_pat
         ),
         pytest.param(
             *(conveyor_oscillator.model, {"events": "located"}, "located events (T13)"),
-            marks=pytest.mark.thorough,
+            marks=pytest.mark.slow,
         ),
     ],
 )

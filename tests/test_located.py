@@ -234,7 +234,7 @@ SCENES = {
         ("two impacts", 3),
         ("knife edge against a wall", 2),
         *(
-            pytest.param(scene, s, marks=pytest.mark.thorough)
+            pytest.param(scene, s, marks=pytest.mark.thorough if s == 3 else pytest.mark.slow)
             for scene in SCENES
             for s in (2, 3, 4)
             if (scene, s) not in (("two impacts", 3), ("knife edge against a wall", 2))
@@ -260,7 +260,7 @@ def test_order_through_events(stepper: Build, scene: str, s: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.thorough) for k in range(2, 12))]
+    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in range(2, 12))]
 )
 def test_boxes_fall_as_they_must(stepper: Build, seed: int) -> None:
     """Impacts with friction at corners; flights of a box are parabolas, so that steps are exact."""
