@@ -41,6 +41,7 @@ from signorini.codegen.graph import Graph, Operations
 from signorini.models import bouncing_ball, box_in_space, slope
 from trap_models import (
     mixed_contacts,
+    one_coordinate,
     rheonomic,
 )
 
@@ -64,6 +65,7 @@ def test_no_warnings_and_only_libm(
     [
         (mixed_contacts, "double"),
         (slope.model, "float"),
+        (one_coordinate, "double"),
         pytest.param(rheonomic, "double", marks=pytest.mark.thorough),
         pytest.param(box_in_space.model, "double", marks=pytest.mark.thorough),
     ],

@@ -105,7 +105,8 @@ static real sg_event_scale(const SG(work) * w, int what, int k) {
         case SG_GAP_CLOSES:
             return w->segment.span * w->scales.speed[SG_NORMAL + contact->normal];
         case SG_SLIP_ENDS:
-            return w->scales.speed[SG_SLIP + contact->friction];
+            return contact->components > 0 ? w->scales.speed[SG_SLIP + contact->friction]
+                                           : SG_C(0.0);
         default:
             return SG_C(0.0);
     }

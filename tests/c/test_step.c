@@ -197,6 +197,11 @@ static void test_arguments(void) {
     ENSURE(ball_step(&s, &work, &info, &par, &opt, NULL, NAN) == BALL_BAD_ARGUMENT);
     ENSURE(ball_step(&s, &work, &info, &par, NULL, NULL, 0.1) == BALL_BAD_ARGUMENT);
     ENSURE(ball_step(&s, &work, NULL, &par, &opt, NULL, 0.1) == BALL_BAD_ARGUMENT);
+    ENSURE(ball_step(&s, NULL, &info, &par, &opt, NULL, 0.1) == BALL_BAD_ARGUMENT);
+    ENSURE(ball_set_state(NULL, 0.0, before.q, before.v) == BALL_BAD_ARGUMENT);
+    ENSURE(ball_set_state(&s, 0.0, NULL, before.v) == BALL_BAD_ARGUMENT);
+    ENSURE(ball_set_state(&s, 0.0, before.q, NULL) == BALL_BAD_ARGUMENT);
+    ENSURE(ball_set_state(&s, INFINITY, before.q, before.v) == BALL_BAD_ARGUMENT);
     bad_par.mu = -1.0;
     ENSURE(ball_step(&s, &work, &info, &bad_par, &opt, NULL, 0.1) == BALL_BAD_ARGUMENT);
     bad_par = par;
