@@ -13,23 +13,24 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def run(*command: str) -> None:
+def complaints(*command: str) -> str:
+    """What a command that fails says; nothing if it succeeds."""
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert result.returncode == 0, result.stdout + result.stderr
+    return (result.stdout + result.stderr or "failed") if result.returncode else ""
 
 
-def ruff(*command: str) -> None:
-    """Run ruff on all files but those of virtual environments made inside the checkout."""
+def ruff(*command: str) -> str:
+    """What ruff says of all files but those of virtual environments made inside the checkout."""
     inside = [f"--extend-exclude={config.parent.name}" for config in ROOT.glob("*/pyvenv.cfg")]
-    run(sys.executable, "-m", "ruff", *command, ".", *inside)
+    return complaints(sys.executable, "-m", "ruff", *command, ".", *inside)
 
 
 def test_lint() -> None:
-    ruff("check")
+    assert not ruff("check")
 
 
 def test_format() -> None:
-    ruff("format", "--check")
+    assert not ruff("format", "--check")
 
 
 def test_format_of_c() -> None:
@@ -38,7 +39,7 @@ def test_format_of_c() -> None:
     import clang_format
 
     binary = Path(clang_format.__file__).parent / "data" / "bin" / "clang-format"
-    run(str(binary), "--dry-run", "--Werror", *files)
+    assert not complaints(str(binary), "--dry-run", "--Werror", *files)
 
 
 def test_types() -> None:
@@ -48,7 +49,9 @@ def test_types() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     module.make_tree()
-    run(sys.executable, "-m", "mypy", "-p", "signorini", "--python-version", "3.11")
+    assert not complaints(
+        sys.executable, "-m", "mypy", "-p", "signorini", "--python-version", "3.11"
+    )
 
 
 def test_packages_are_listed() -> None:

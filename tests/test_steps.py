@@ -25,8 +25,10 @@ def compare(
     n: int,
     own: int,
     active_set: str = "any_stage",
-) -> None:
-    """Every step satisfies the reference's equations; some are solved again from a cold start."""
+) -> list[str]:
+    """What steps do not satisfy of the reference's equations; some are solved again from a cold
+    start, too, and most of those must be."""
+    wrong: list[str] = []
     reference = Reference(make(), compiled.stages, active_set)
     n_u = compiled.sizes["n_u"]
     u = np.random.default_rng(3).normal(size=(n, n_u))
@@ -45,13 +47,17 @@ def compare(
         at = (traj.t[k], traj.q[k], traj.v[k], u[k], par, dt)
         step = Step(traj.V[k], traj.v[k + 1], traj._arrays["R"][k])
         for name, value in reference.residual(step, *at).items():
-            assert np.max(np.abs(value), initial=0) < 1e-9 * max(momenta, 1.0), (name, k)
+            if not np.max(np.abs(value), initial=0) < 1e-9 * max(momenta, 1.0):
+                wrong.append(f"{name} of step {k}")
         if own and k % own == 0:
             other = reference.solve(*at)
             if other is not None:
                 solved += 1
-                np.testing.assert_allclose(other.v_end, step.v_end, atol=2e-8 * max(1, momenta))
-    assert not own or solved >= 0.7 * len(range(0, n, own))
+                if not np.allclose(other.v_end, step.v_end, 1e-7, 2e-8 * max(1, momenta)):
+                    wrong.append(f"velocities of step {k}")
+    if own and solved < 0.7 * len(range(0, n, own)):
+        wrong.append(f"only {solved} steps solved again")
+    return wrong
 
 
 @pytest.mark.parametrize("stages", FEW_AND_MANY)
@@ -60,7 +66,7 @@ def test_steps_satisfy_the_scheme(
     make: Callable[[], sg.Model], stages: int, stepper: Callable[..., sg.Stepper]
 ) -> None:
     slow = make().world.name == "casadi"
-    compare(
+    assert not compare(
         make,
         stepper(make, stages, "paper"),
         1e-2,
@@ -70,15 +76,15 @@ def test_steps_satisfy_the_scheme(
 
 
 def test_the_paper_s_active_set(stepper: Callable[..., sg.Stepper]) -> None:
-    compare(bouncing_ball.model, stepper(bouncing_ball.model, 4), 1e-2, 60, 20, "end")
+    assert not compare(bouncing_ball.model, stepper(bouncing_ball.model, 4), 1e-2, 60, 20, "end")
 
 
 def test_slider_crank_steps(stepper: Callable[..., sg.Stepper]) -> None:
-    compare(slider_crank.model, stepper(slider_crank.model, 3), 1e-4, 60, 0)
+    assert not compare(slider_crank.model, stepper(slider_crank.model, 3), 1e-4, 60, 0)
 
 
 def test_box_in_space_steps(stepper: Callable[..., sg.Stepper]) -> None:
-    compare(box_in_space.model, stepper(box_in_space.model, 2), 1e-2, 60, 0)
+    assert not compare(box_in_space.model, stepper(box_in_space.model, 2), 1e-2, 60, 0)
 
 
 @pytest.mark.parametrize("stages", [2, 3, 4])

@@ -460,8 +460,9 @@ def test_command_replays(tmp_path: Path, stepper: Build) -> None:
 # --- under sanitizers -----------------------------------------------------------------------------
 
 
-def sanitized(tmp_path: Path, *arguments: str) -> None:
-    """Run the command with steppers compiled by gcc with its address and undefined sanitizers."""
+def sanitized(tmp_path: Path, *arguments: str) -> str:
+    """What is wrong with the command where gcc compiles steppers with its address and undefined
+    sanitizers; nothing if all is well."""
     gcc = shutil.which("gcc")
     if gcc is None:
         if os.environ.get("CI"):
@@ -481,17 +482,19 @@ def sanitized(tmp_path: Path, *arguments: str) -> None:
     command = [sys.executable, "-m", "signorini", "stress", *arguments]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     reports = "".join(p.read_text() for p in tmp_path.glob("report*"))
-    assert not reports, reports[:4000]
-    assert done.returncode == 0, done.stderr[-4000:]
-    assert "all" in done.stdout, done.stdout[-2000:]
+    if reports or done.returncode:
+        return reports[:4000] + done.stderr[-4000:] or f"exit status {done.returncode}"
+    return "" if "all" in done.stdout else f"no table: {done.stdout[-2000:]}"
 
 
 @pytest.mark.thorough
 def test_sanitizers(tmp_path: Path) -> None:
     scenes = ("box_drop", "groove", "painleve", "belt")
-    sanitized(tmp_path, "--scenes", *scenes, "--stages", "2", "--runs", "1", "--workers", "1")
+    assert not sanitized(
+        tmp_path, "--scenes", *scenes, "--stages", "2", "--runs", "1", "--workers", "1"
+    )
 
 
 @pytest.mark.slow
 def test_sanitizers_over_the_corpus(tmp_path: Path) -> None:
-    sanitized(tmp_path, "--runs", "2")
+    assert not sanitized(tmp_path, "--runs", "2")

@@ -8,18 +8,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import mpmath as mp
 import numpy as np
 from signorini.codegen.c.functions import equation_of
 from signorini.codegen.frontend.model import Model
 from signorini.runtime.compile import find_compiler
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.stepper import Stepper
+from signorini.verify import intervals
+from signorini.verify.differences import by_differences
 from signorini.verify.draw import Drawer, State, seen, wanted
-from signorini.verify.expressions import DIGITS, Expressions
+from signorini.verify.expressions import Expressions
 from signorini.verify.functions import reference_values
 from signorini.verify.judge import accepts
-from signorini.verify.motion import Motion, UndecidedError
 from signorini.verify.reference import Reference, Step
 from signorini.verify.report import Item, Report
 from signorini.verify.schemes import find
@@ -35,10 +35,6 @@ _SMALL = 40  # unknowns of a step up to which that holds
 _APART = 1e-4  # end velocities further apart than this belong to different solutions
 _SHARE = 20  # one in so many steps may have another solution, if that is one
 _TRAJECTORY = 30
-_LOCATED = 6  # intervals with events in which located steps are compared
-_LOCATED_DRAWS = 60
-_LOCATED_STEPS = 8  # of each
-_LOCATED_TOLERANCES = {2: 1e-3, 3: 1e-6, 4: 1e-8}  # truncation, by the number of stages
 _NOISE = 200  # times what round-off of the arguments changes
 # By precision: model functions, Jacobians, steps, steps solved again; relative changes of the
 # arguments by which the size of terms and of their round-off are seen.
@@ -151,69 +147,17 @@ class Checker:
     def located(self, stepper: Stepper) -> None:
         """Steps that are cut at their events against the motion by events, from drawn states."""
         s = stepper.stages
-        if any(c["law"] == "elliptic" for c in stepper.manifest["contacts"]) or (
-            stepper.manifest["precision"] != "double"
-        ):
+        found = intervals.compare(self.model, stepper, self.seed + 1, self._is_tie)
+        if found is None:
             self.report.left_out.append(f"located steps, s = {s}: anisotropic friction, or float")
             return
-        drawer = Drawer(stepper, self.seed + 1)
-        errors: list[float] = []
-        told = wrong = 0
-        for _ in range(_LOCATED_DRAWS):
-            state = drawer.draw()
-            if state is None or self._is_tie(stepper, state):
-                continue
-            found = self._located(stepper, state)
-            if found is None:
-                continue
-            error, events, differs = found
-            # states without events are compared, too, but few of them
-            if events or len(errors) - told < _LOCATED // 2:
-                errors.append(error)
-                told += events > 0
-                wrong += differs
-            if told >= _LOCATED:
-                break
-        tolerance = _LOCATED_TOLERANCES.get(s, _LOCATED_TOLERANCES[4])
-        self._add(f"located steps, s = {s}", "motion by events", errors, tolerance)
-        self._add(f"located events, s = {s}", "impacts", [float(wrong)], 0.0)
+        name = f"located steps, s = {s}"
+        self._add(name, "motion by events", found.errors, intervals.tolerance(s))
+        self._add(f"located events, s = {s}", "impacts", [float(found.wrong)], 0.0)
         self.report.notes.append(
-            f"s = {s}: {len(errors)} intervals of located steps compared, {told} with events"
+            f"s = {s}: {len(found.errors)} intervals of located steps compared, "
+            f"{found.eventful} with events"
         )
-
-    def _located(self, stepper: Stepper, state: State) -> tuple[float, int, bool] | None:
-        """Error of located steps from a state, the events in it, whether others are told of them;
-        None where the motion is not decided."""
-        t, dt, n = state.t, state.dt, _LOCATED_STEPS
-        u = np.tile(state.u, (n, 1))
-        motion = Motion(self.model, 0.01 * dt / n)
-        at = (t, state.q, state.v, state.u, list(state.parameters.values()))
-        try:
-            traj = stepper.simulate(
-                t0=t,
-                t_end=t + dt,
-                dt=dt / n,
-                q0=state.q,
-                v0=state.v,
-                parameters=state.parameters,
-                inputs=u if state.u.size else None,
-                events="located",
-                tol=0.0,
-                max_halvings=0,
-            )
-            if traj.captured.any():
-                return None
-            q, v = motion.run(at, t + dt, dt / 4)
-        except (StepError, RunError, UndecidedError, np.linalg.LinAlgError):
-            return None
-        speed = max(float(np.max(np.abs(x), initial=0.0)) for x in (state.v, v, (q - state.q) / dt))
-        apart = max(
-            float(np.max(np.abs(traj.v[-1] - v), initial=0.0)),
-            float(np.max(np.abs(traj.q[-1] - q), initial=0.0)) / dt,
-        )
-        mine = sum(e.kind == "impact" for e in traj.events)
-        other = sum(kind == "impact" for _, _, kind in motion.events)
-        return (apart / speed if speed > 0 else apart), len(motion.events), mine != other
 
     # --- functions -------------------------------------------------------------------------------
 
@@ -350,7 +294,7 @@ class Checker:
 
                 mine = rows(at)
                 sizes = self._sizes(stepper, rows, at, mine, rng, tolerance)
-                other = self._differences(reference, problem, (t, q, v, u, par), h, x, lam)
+                other = by_differences(reference, problem, (t, q, v, u, par), h, x, lam)
                 for name in names:
                     size = np.maximum(sizes[name], np.abs(other[name]))
                     worst = _worst(mine[name] - other[name], size)
@@ -382,57 +326,6 @@ class Checker:
             "given": 0.3 * rows * rng.normal(size=n["n_gamma"] + n["n_F"]),
         }
         return {name: x.astype(rounded).astype(float) for name, x in known.items()}
-
-    def _differences(
-        self,
-        reference: Reference,
-        problem: str,
-        at: tuple[Any, ...],
-        h: float,
-        x: np.ndarray,
-        lam: np.ndarray,
-    ) -> dict[str, np.ndarray]:
-        where = reference.problems[problem]
-        with mp.workdps(DIGITS):
-            exact = np.vectorize(mp.mpf, otypes=[object])
-
-            def vector(values: np.ndarray) -> np.ndarray:
-                return exact(values) if np.size(values) else np.zeros(0, dtype=object)
-
-            t, q, v, u, par = at
-            start = (mp.mpf(t), vector(q), vector(v), u, par)
-            h = mp.mpf(h)
-            xs, lams = vector(x), vector(lam)
-
-            def rows(x: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-                return reference.equations_of(problem, x, lam, start, h)
-
-            here = rows(xs, lams)
-            step = mp.mpf(10) ** -20
-            A, B, C = [], [], []
-            for k in range(*where.x.indices(x.size)):
-                plus, minus = xs.copy(), xs.copy()
-                plus[k] += step
-                minus[k] -= step
-                (r_plus, y_plus), (r_minus, y_minus) = rows(plus, lams), rows(minus, lams)
-                A.append((r_plus - r_minus) / (2 * step))
-                C.append((y_plus - y_minus) / (2 * step))
-            for k in range(*where.lam.indices(lam.size)):
-                plus = lams.copy()
-                plus[k] += 1
-                B.append(rows(xs, plus)[0] - here[0])
-
-            def number(value: Any, *shape: int) -> np.ndarray:
-                return np.array(value, dtype=float).reshape(shape)
-
-            n_r, n_y = len(here[0]), len(here[1])
-            return {
-                "r": number(here[0], n_r),
-                "y": number(here[1], n_y),
-                "A": number(A, len(A), n_r).T,
-                "B": number(B, len(B), n_r).T,
-                "C": number(C, len(C), n_y).T,
-            }
 
     # --- steps -----------------------------------------------------------------------------------
 

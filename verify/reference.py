@@ -8,11 +8,14 @@ V^1 ... V^s, v_{n+1}, and R = (R_g, R_gamma, R_N, R_F) at every stage.
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import mpmath as mp
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from signorini.codegen.frontend.model import Model
 from signorini.verify.expressions import Expressions
 from signorini.verify.laws import Law, find
+
+_STEP = 15  # digits of differences along a direction, in 50-digit arithmetic
 
 
 def coefficients(s: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -166,6 +169,30 @@ class Reference:
             np.array([e_N[k] for k, c in enumerate(contacts) if c.g_N is not None], kind),
             np.array([e_F[k] for k, c in enumerate(contacts) for _ in c.gamma_F], kind),
         )
+
+    def acceleration_rows(
+        self, dv: np.ndarray, P: np.ndarray, at: tuple[Any, ...], h: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """h (M dv/dt - force - W lambda) and h times the rates of all velocities of rows  (T4).
+
+        For expressions in 50 digits: derivatives along directions are differences.
+        """
+        e = self.e
+        t, q, v, u, par = at
+
+        def rate(function: Any, dt: Any, dq: Any, dv: Any) -> Any:
+            step = mp.mpf(10) ** -_STEP
+            plus = function(t + step * dt, q + step * dq, v + step * dv, u, par)
+            minus = function(t - step * dt, q - step * dq, v - step * dv, u, par)
+            return (plus - minus) / (2 * step)
+
+        zero = 0 * v
+        force = e.L_q(*at) + e.value("f", *at) - rate(e.p, 1, v, zero)
+        r = rate(e.p, 0, zero, dv) - h * force
+        if not self.n_R:
+            return r, np.zeros(0)
+        y = rate(e.y_dot, 0, zero, dv) + h * rate(e.y_dot, 1, v, zero)
+        return r - e.W(*at) @ P, y
 
     # --- a whole step -----------------------------------------------------------------------------
 
@@ -459,6 +486,4 @@ class Reference:
 
 
 def _exact(x: float) -> Any:
-    import mpmath as mp
-
     return mp.mpf(x)

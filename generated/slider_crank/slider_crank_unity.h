@@ -239,6 +239,8 @@
 #define sg_check_rates slider_crank_own_sg_check_rates
 #undef sg_check_slip_rows
 #define sg_check_slip_rows slider_crank_own_sg_check_slip_rows
+#undef sg_check_smooth
+#define sg_check_smooth slider_crank_own_sg_check_smooth
 #undef sg_choose
 #define sg_choose slider_crank_own_sg_choose
 #undef sg_cod_factor
@@ -565,6 +567,8 @@
 #define sg_solve_smooth slider_crank_own_sg_solve_smooth
 #undef sg_solved
 #define sg_solved slider_crank_own_sg_solved
+#undef sg_solved_slot
+#define sg_solved_slot slider_crank_own_sg_solved_slot
 #undef sg_sparse_factor
 #define sg_sparse_factor slider_crank_own_sg_sparse_factor
 #undef sg_sparse_solve

@@ -239,6 +239,8 @@
 #define sg_check_rates slope_own_sg_check_rates
 #undef sg_check_slip_rows
 #define sg_check_slip_rows slope_own_sg_check_slip_rows
+#undef sg_check_smooth
+#define sg_check_smooth slope_own_sg_check_smooth
 #undef sg_choose
 #define sg_choose slope_own_sg_choose
 #undef sg_cod_factor
@@ -565,6 +567,8 @@
 #define sg_solve_smooth slope_own_sg_solve_smooth
 #undef sg_solved
 #define sg_solved slope_own_sg_solved
+#undef sg_solved_slot
+#define sg_solved_slot slope_own_sg_solved_slot
 #undef sg_sparse_factor
 #define sg_sparse_factor slope_own_sg_sparse_factor
 #undef sg_sparse_solve

@@ -48,20 +48,31 @@ static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg
     return 1;
 }
 
+/* 1 if the unknowns of one problem are numbers and its momenta balance. */
+static int sg_check_smooth(const SG(work) * w, const sg_problem *pr, const sg_limit *limit) {
+    return sg_all_finite(pr->n_x, &w->x[pr->x]) &&
+           sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) && sg_check_momenta(w, pr, limit);
+}
+
+/* Unknowns and rows of one slot at the solution. */
+static sg_solved sg_solved_slot(const SG(work) * w, const sg_problem *pr, int slot) {
+    sg_solved at;
+    at.slot = slot;
+    at.R = &w->R[pr->R + slot * SG_N_R];
+    at.y = &w->found.y[pr->R + slot * SG_N_R];
+    return at;
+}
+
 /* Rows of one problem at the solution. */
 static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     const sg_limit limit = sg_limits(opt);
     int slot, k;
-    if (!sg_all_finite(pr->n_x, &w->x[pr->x]) ||
-        !sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) || !sg_check_momenta(w, pr, &limit)) {
+    if (!sg_check_smooth(w, pr, &limit)) {
         return 0;
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        sg_solved at;
-        at.slot = slot;
-        at.R = &w->R[pr->R + slot * SG_N_R];
-        at.y = &w->found.y[pr->R + slot * SG_N_R];
+        const sg_solved at = sg_solved_slot(w, pr, slot);
         if (!sg_check_bilateral(w, pr, &at, &limit)) {
             return 0;
         }

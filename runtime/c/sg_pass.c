@@ -50,15 +50,11 @@ static int sg_check_segment(SG(work) * w, const SG(options) * opt, int problem) 
     const sg_limit limit = sg_limits(opt);
     int slot;
     sg_keep_rows(w, problem);
-    if (!sg_all_finite(pr->n_x, &w->x[pr->x]) ||
-        !sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) || !sg_check_momenta(w, pr, &limit)) {
+    if (!sg_check_smooth(w, pr, &limit)) {
         return 0;
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        sg_solved at;
-        at.slot = slot;
-        at.R = &w->R[pr->R + slot * SG_N_R];
-        at.y = &w->found.y[pr->R + slot * SG_N_R];
+        const sg_solved at = sg_solved_slot(w, pr, slot);
         if (!sg_check_bilateral(w, pr, &at, &limit) ||
             !sg_check_modes(w, pr, problem, &at, &limit)) {
             return 0;

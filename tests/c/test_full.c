@@ -3,18 +3,8 @@
    sees every number. */
 #include "f.c"
 
-#include <stdio.h>
+#include "ensure.h"
 #include <string.h>
-
-static int failures = 0;
-
-#define ENSURE(condition)                                                        \
-    do {                                                                         \
-        if (!(condition)) {                                                      \
-            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
-            ++failures;                                                          \
-        }                                                                        \
-    } while (0)
 
 static f_work work, kept;
 static f_params par;

@@ -3,18 +3,8 @@
    component; x, y, phi. */
 #include "ball.c"
 
-#include <stdio.h>
+#include "ensure.h"
 #include <string.h>
-
-static int failures = 0;
-
-#define ENSURE(condition)                                                        \
-    do {                                                                         \
-        if (!(condition)) {                                                      \
-            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
-            ++failures;                                                          \
-        }                                                                        \
-    } while (0)
 
 #define NEAR(a, b) (fabs((a) - (b)) <= 1e-13 * (1.0 + fabs(b)))
 

@@ -5,20 +5,11 @@
 #include "m.c"
 #include "m_model.c"
 
-#include <stdio.h>
+#include "ensure.h"
 #include <string.h>
 
-static int failures = 0;
 /* free, zero, slip rows; directions; spoiled numbers; steps; rescued; lost impacts */
 static int counted[11];
-
-#define ENSURE(condition)                                                        \
-    do {                                                                         \
-        if (!(condition)) {                                                      \
-            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
-            ++failures;                                                          \
-        }                                                                        \
-    } while (0)
 
 #define ROWS (SG_N_ROWS_TOTAL > 0 ? SG_N_ROWS_TOTAL : 1)
 #define SLOPES SG_N_X_TOTAL

@@ -3,7 +3,7 @@
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
-#include <stdio.h>
+#include "ensure.h"
 
 #define SG(name) unit_##name
 #define SG_K(name) UNIT_##name
@@ -20,15 +20,6 @@ static const sg_index sg_table[] = {0, 1, 2, 3, 0, 2, 4, 6, 10, 0, 3, 1,
 #include "sg_prox.c"
 #include "sg_sparse.c"
 
-static int failures = 0;
-
-#define ENSURE(condition)                                                        \
-    do {                                                                         \
-        if (!(condition)) {                                                      \
-            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
-            ++failures;                                                          \
-        }                                                                        \
-    } while (0)
 #define ENSURE_NEAR(a, b, tol) ENSURE(fabs((a) - (b)) <= (tol))
 
 /* A small deterministic generator, uniform in [-1, 1]. */

@@ -3,17 +3,7 @@
    one slip component, per slot R_N, R_F. */
 #include "ball.c"
 
-#include <stdio.h>
-
-static int failures = 0;
-
-#define ENSURE(condition)                                                        \
-    do {                                                                         \
-        if (!(condition)) {                                                      \
-            printf("%s:%d: %s does not hold\n", __FILE__, __LINE__, #condition); \
-            ++failures;                                                          \
-        }                                                                        \
-    } while (0)
+#include "ensure.h"
 
 enum { R_N1 = 0, R_F1 = 1, R_N2 = 2, R_F2 = 3, P_N = 4, P_F = 5, V_END = 9 };
 

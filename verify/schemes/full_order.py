@@ -8,8 +8,6 @@ from signorini.codegen.frontend.model import Model
 from signorini.verify.expressions import DIGITS, Expressions
 from signorini.verify.reference import Reference, Step, Unknowns
 
-_STEP = 15  # digits of differences along a direction, in 50-digit arithmetic
-
 
 class FullOrderReference(Reference):
     """The scheme for a model without contacts, gamma = 0 at auxiliary velocities U^i."""
@@ -41,7 +39,7 @@ class FullOrderReference(Reference):
     ) -> tuple[np.ndarray, np.ndarray]:
         n, s, n_R, n_g = self.n, self.s, self.n_R, self.n_g
         if problem == "start":
-            return self._start_rows(x[:n], lam[:n_R], at, h)
+            return self.acceleration_rows(x[:n], lam[:n_R], at, h)
         V = x[n : (s + 1) * n].reshape(s, n)
         U = x[(s + 1) * n :].reshape(s - 1, n)
         slots = lam[n_R:].reshape(s, n_R)
@@ -82,31 +80,6 @@ class FullOrderReference(Reference):
             kinematic.append(self.e.value("gamma", *place))
         return rows, kinematic
 
-    def _start_rows(
-        self, dv: np.ndarray, P: np.ndarray, at: tuple[Any, ...], h: Any
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """h (M dv/dt - force - W lambda) and h d(g_dot)/dt, h d(gamma)/dt at t_n  (T4)."""
-        e = self.e
-        t, q, v, u, par = at
-
-        def rate(function: Any, dt: Any, dq: Any, dv: Any) -> Any:
-            step = mp.mpf(10) ** -_STEP
-            plus = function(t + step * dt, q + step * dq, v + step * dv, u, par)
-            minus = function(t - step * dt, q - step * dq, v - step * dv, u, par)
-            return (plus - minus) / (2 * step)
-
-        zero = 0 * v
-        inertial = rate(e.p, 0, zero, dv)
-        carried = rate(e.p, 1, v, zero)
-        force = e.L_q(*at) + e.value("f", *at) - carried
-        W = e.W(*at)
-        r = inertial - h * force - W @ P
-
-        def speeds(*place: Any) -> Any:
-            return np.concatenate([e.dot("g", *place), e.value("gamma", *place)])
-
-        return r, rate(speeds, 0, zero, dv) + h * rate(speeds, 1, v, zero)
-
     def start_percussion(self, at: tuple[Any, ...], h: float) -> np.ndarray:
         """h lambda of the constraints at t_n, solved for in 50 digits."""
         with mp.workdps(DIGITS):
@@ -118,7 +91,7 @@ class FullOrderReference(Reference):
                 one = np.array([mp.mpf(0)] * (n + n_R), object)
 
                 def rows(z: np.ndarray) -> np.ndarray:
-                    return np.concatenate(self._start_rows(z[:n], z[n:], there, mp.mpf(h)))
+                    return np.concatenate(self.acceleration_rows(z[:n], z[n:], there, mp.mpf(h)))
 
                 base = rows(one)
                 J = []

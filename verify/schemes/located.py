@@ -2,11 +2,8 @@
 
 from typing import Any, ClassVar
 
-import mpmath as mp
 import numpy as np
 from signorini.verify.reference import Reference, Step, Unknowns
-
-_STEP = 15  # digits of differences along a direction, in 50-digit arithmetic
 
 
 class LocatedReference(Reference):
@@ -106,26 +103,10 @@ class LocatedReference(Reference):
     def _accelerations(
         self, dv: np.ndarray, P: np.ndarray, at: tuple[Any, ...], h: Any
     ) -> tuple[np.ndarray, np.ndarray]:
-        """h (M dv/dt - force - W lambda) and h times the rates of all velocities of rows  (T4)."""
-        e = self.e
-        t, q, v, u, par = at
-
-        def rate(function: Any, dt: Any, dq: Any, dv: Any) -> Any:
-            step = mp.mpf(10) ** -_STEP
-            plus = function(t + step * dt, q + step * dq, v + step * dv, u, par)
-            minus = function(t - step * dt, q - step * dq, v - step * dv, u, par)
-            return (plus - minus) / (2 * step)
-
-        zero = 0 * v
-        force = e.L_q(*at) + e.value("f", *at) - rate(e.p, 1, v, zero)
+        """(T4) with the friction that is known."""
         R = np.array(P)
-        first = self._first_friction(P[self.n_bilateral : self.n_normal])
-        R[self.n_normal :] = R[self.n_normal :] + first
-        r = rate(e.p, 0, zero, dv) - h * force
-        if not self.n_R:
-            return r, np.zeros(0)
-        y = rate(e.y_dot, 0, zero, dv) + h * rate(e.y_dot, 1, v, zero)
-        return r - e.W(*at) @ R, y
+        R[self.n_normal :] += self._first_friction(P[self.n_bilateral : self.n_normal])
+        return self.acceleration_rows(dv, R, at, h)
 
     def _impact(
         self, v_end: np.ndarray, P: np.ndarray, at: tuple[Any, ...]

@@ -1,0 +1,103 @@
+"""Located steps over short intervals, from drawn states, beside the motion by events."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from signorini.codegen.frontend.model import Model
+from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.stepper import Stepper
+from signorini.verify.draw import Drawer, State
+from signorini.verify.motion import Motion, UndecidedError
+
+_WANTED = 6  # intervals with events
+_DRAWS = 60
+_STEPS = 8  # of an interval
+_TOLERANCES = {2: 1e-3, 3: 1e-6}  # truncation, by the number of stages
+_FINE = 1e-8  # of four stages and more
+
+
+@dataclass
+class Found:
+    """Errors of the intervals compared, how many of them held events, and in how many others than
+    the motion's impacts were told."""
+
+    errors: list[float] = field(default_factory=list)
+    eventful: int = 0
+    wrong: int = 0
+
+
+def tolerance(stages: int) -> float:
+    """What truncation may leave of an interval, relative to the largest speed."""
+    return _TOLERANCES.get(stages, _FINE)
+
+
+def compare(
+    model: Model, stepper: Stepper, seed: int, is_tie: Callable[[Stepper, State], bool]
+) -> Found | None:
+    """Compare a few intervals; None where the motion by events knows less than the stepper.
+
+    Parameters
+    ----------
+    model : Model
+        The model as the user wrote it.
+    stepper : Stepper
+        Its stepper with located events.
+    seed : int
+        Seed of the drawn states.
+    is_tie : callable (stepper, state) -> bool
+        Whether round-off alone decides what happens at a state; such states are left out.
+    """
+    m = stepper.manifest
+    if m["precision"] != "double" or any(c["law"] == "elliptic" for c in m["contacts"]):
+        return None
+    drawer = Drawer(stepper, seed)
+    found = Found()
+    for _ in range(_DRAWS):
+        state = drawer.draw()
+        one = None if state is None or is_tie(stepper, state) else _interval(model, stepper, state)
+        if one is None:
+            continue
+        error, events, differs = one
+        # intervals without events are compared, too, but few of them
+        if events or len(found.errors) - found.eventful < _WANTED // 2:
+            found.errors.append(error)
+            found.eventful += events > 0
+            found.wrong += differs
+        if found.eventful >= _WANTED:
+            break
+    return found
+
+
+def _interval(model: Model, stepper: Stepper, state: State) -> tuple[float, int, bool] | None:
+    """Error of located steps, the events of the motion, whether other impacts are told; None where
+    the motion is not decided."""
+    t, dt = state.t, state.dt
+    motion = Motion(model, 0.01 * dt / _STEPS)
+    at = (t, state.q, state.v, state.u, list(state.parameters.values()))
+    try:
+        traj = stepper.simulate(
+            t0=t,
+            t_end=t + dt,
+            dt=dt / _STEPS,
+            q0=state.q,
+            v0=state.v,
+            parameters=state.parameters,
+            inputs=np.tile(state.u, (_STEPS, 1)) if state.u.size else None,
+            events="located",
+            tol=0.0,
+            max_halvings=0,
+        )
+        if traj.captured.any():
+            return None
+        q, v = motion.run(at, t + dt, dt / 4)
+    except (StepError, RunError, UndecidedError, np.linalg.LinAlgError):
+        return None
+    speed = max(float(np.max(np.abs(x), initial=0.0)) for x in (state.v, v, (q - state.q) / dt))
+    apart = max(
+        float(np.max(np.abs(traj.v[-1] - v), initial=0.0)),
+        float(np.max(np.abs(traj.q[-1] - q), initial=0.0)) / dt,
+    )
+    mine = sum(e.kind == "impact" for e in traj.events)
+    other = sum(kind == "impact" for _, _, kind in motion.events)
+    return (apart / speed if speed > 0 else apart), len(motion.events), mine != other
