@@ -17,7 +17,7 @@ from signorini import Model, Stepper, build
 from signorini.models import bead_on_hoop, bouncing_ball, rocking_block
 from signorini.studies.claims import Claim, near
 from signorini.studies.paper import Progress, Study
-from signorini.verify.motion import Motion
+from signorini.verify.event_driven import EventDriven
 
 SCENES: dict[str, tuple[Callable[[], Model], float]] = {
     "two impacts on a bent wire": (bead_on_hoop.model, 0.8),
@@ -68,7 +68,7 @@ def _orders(
     par = first.check_parameters(None)
     t, q, v = first.start_of(None, None, None, par)
     at = (t, q, v, np.zeros(first.sizes["n_u"]), list(par.values()))
-    exact = np.concatenate(Motion(model(), 1e-9).run(at, t + t_end, t_end / 20))
+    exact = np.concatenate(EventDriven(model(), 1e-9).run(at, t + t_end, t_end / 20))
     counts = np.array([20, 40, 80, 160])
     for s in stages:
         for events in ("captured", "located"):

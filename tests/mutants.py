@@ -22,7 +22,7 @@ PATH = "runtime/c/sg_path.c"
 CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
-STRIKE, LOCATED = "runtime/c/sg_strike.c", "runtime/c/sg_located.c"
+STRIKE, LOCATED = "runtime/c/sg_impact.c", "runtime/c/sg_located.c"
 STEP, TICK = "runtime/c/sg_cover.c", "runtime/c/sg_step.c"
 SCALE, LINALG = "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
@@ -209,7 +209,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("an event is taken where it was first looked for", LOCATED, "(falls && (SG_FABS(next - tau) <= noise || high - low <= noise))", "round >= 0"),
     Mutant("contacts without force stay closed", LOCATED, "            w->segment.mode[k] = SG_K(OPEN);\n            return k;", "            return -1;"),
     Mutant("nobody hears that a step was captured", LOCATED, "info->captured = done > SG_C(0.0) ? 1 : 2;", "info->captured = 0;"),
-    Mutant("velocity constraints are without force at a segment's start", "runtime/c/sg_pass.c", "w->given[c] = part * w->segment.force[SG_N_G + c];", "w->given[c] = SG_C(0.0);"),
+    Mutant("velocity constraints are without force at a segment's start", "runtime/c/sg_segment.c", "w->given[c] = part * w->segment.force[SG_N_G + c];", "w->given[c] = SG_C(0.0);"),
     Mutant("gaps are looked at at the ends of a segment alone", "runtime/c/sg_events.c", "j <= SG_SAMPLES && near", "j <= SG_SAMPLES && near && 0 * j"),
     Mutant("percussions of a located impact are lost", STRIKE, "w->segment.P[k] += P[k];", "w->segment.P[k] += SG_C(0.0) * P[k];"),
     Mutant("a segment tests the slip at its IIIB velocities", "codegen/schemes/located.py", 'own = self.aux(j, "gamma_F") if j', 'own = self.at(j, "gamma_F") if j'),

@@ -24,7 +24,7 @@ from signorini.models import (
     sphere_on_incline,
 )
 from signorini.verify.check import Checker
-from signorini.verify.motion import Motion
+from signorini.verify.event_driven import EventDriven
 
 Build = Callable[..., sg.Stepper]
 G = 9.81
@@ -193,10 +193,10 @@ def error(
 
 def motion_of(
     made: sg.Stepper, model: sg.Model, t_end: float, rest: float, **start: Any
-) -> tuple[np.ndarray, Motion]:
+) -> tuple[np.ndarray, EventDriven]:
     par = made.check_parameters(start.get("parameters"))
     t, q, v = made.start_of(start.get("q0"), start.get("v0"), None, par)
-    motion = Motion(model, rest)
+    motion = EventDriven(model, rest)
     at = (t, q, v, np.zeros(made.sizes["n_u"]), list(par.values()))
     return np.concatenate(motion.run(at, t + t_end, t_end / 20)), motion
 

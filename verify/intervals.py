@@ -8,7 +8,7 @@ from signorini.codegen.frontend.model import Model
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.stepper import Stepper
 from signorini.verify.draw import Drawer, State
-from signorini.verify.motion import Motion, UndecidedError
+from signorini.verify.event_driven import EventDriven, UndecidedError
 
 _WANTED = 6  # intervals with events
 _DRAWS = 60
@@ -73,7 +73,7 @@ def _interval(model: Model, stepper: Stepper, state: State) -> tuple[float, int,
     """Error of located steps, the events of the motion, whether other impacts are told; None where
     the motion is not decided."""
     t, dt = state.t, state.dt
-    motion = Motion(model, 0.01 * dt / _STEPS)
+    motion = EventDriven(model, 0.01 * dt / _STEPS)
     at = (t, state.q, state.v, state.u, list(state.parameters.values()))
     try:
         traj = stepper.simulate(

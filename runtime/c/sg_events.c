@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_pass.c"
+#include "sg_segment.c"
 
 /* Events of a segment: found on its dense output, then located by solving it anew up to them. */
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_strike.c"
+#include "sg_impact.c"
 #include "sg_step.c"
 
 /* A step that is cut at its events: impacts and changes of modes happen at one place and time, what

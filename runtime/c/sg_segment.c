@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_accelerate.c"
+#include "sg_accelerations.c"
 #include "sg_dense.c"
 
 /* One segment: the smooth problem in which every contact keeps its mode. */

@@ -29,7 +29,7 @@ class Mode:
     direction: np.ndarray | None = None
 
 
-class Motion:
+class EventDriven:
     """Event-driven motion of a model whose L is quadratic in v, with Coulomb friction.
 
     Parameters
