@@ -47,8 +47,10 @@ def build(
         contacts, and their default.
     prefix : str, optional
         Prefix of the C names; the model's name by default.
-    precision : {"double", "float"}
-        Real type of the generated code.
+    precision : {"double", "float", "extended"}
+        Real type of the generated code. "extended" is C's ``long double`` (64 bits of mantissa on
+        x86, 113 on 64-bit ARM under Linux), for verification: arrays that go in and come out are
+        ``numpy.longdouble``; parameters, times and numbers of the model are those of double.
     events : {"captured", "located"}
         "located" makes a stepper that can cut its steps at impacts and changes of stick and slip,
         so that the order 2 s - 2 holds through them; runs say which of both they want. Scheme

@@ -78,7 +78,7 @@ def reals(what: str, value: Any) -> np.ndarray:
         array = np.asarray(value)
         if np.iscomplexobj(array) or array.dtype.kind in "USmM":
             raise TypeError
-        return array.astype(float)
+        return array.astype(np.longdouble if array.dtype == np.longdouble else float)
     except (TypeError, ValueError):
         raise RunError(f"{what} = {value!r}: give real numbers") from None
 

@@ -212,7 +212,7 @@ def run_batch(
             )
         if progress is not None:
             progress(some.stop, n)
-    named = {name: table[:, k].astype(float) for k, name in enumerate(stepper.parameters)}
+    named = {name: table[:, k].astype(lib.wide) for k, name in enumerate(stepper.parameters)}
     for k in range(n):
         at = (t[k], q[k], v[k])
         values = dict(zip(stepper.parameters, map(float, table[k]), strict=False))
@@ -222,7 +222,7 @@ def run_batch(
     made = Batch(
         stepper,
         **{
-            _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(float, copy=False)
+            _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(lib.wide, copy=False)
             for name, a in result.items()
         },
         u=u if not shared else u[:1],

@@ -51,7 +51,7 @@ class _Walker:
         for h in (*(self.h,) * whole, time - t - whole * self.h):
             if h > 1e-14 * max(abs(time), self.h):
                 self._step(state, u, h)
-        return np.array(state.q, dtype=float), np.array(state.v, dtype=float)
+        return self.lib.kept(state.q), self.lib.kept(state.v)
 
     def _step(self, state: Any, u: np.ndarray, h: float) -> None:
         pointer = self.lib.pointer(u) if u.size else None

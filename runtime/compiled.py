@@ -81,7 +81,7 @@ class Compiled:
         t, q, v = lib.array(np.zeros(1)), lib.array(np.zeros(n)), lib.array(np.zeros(n))
         params = self.c_params(self.check_parameters(parameters))
         lib.call["initial_state"](params, lib.pointer(t), lib.pointer(q), lib.pointer(v))
-        return float(t[0]), q.astype(float), v.astype(float)
+        return float(t[0]), q.astype(lib.wide), v.astype(lib.wide)
 
     def start_of(
         self, q0: Any, v0: Any, t0: float | None, parameters: Mapping[str, float]
@@ -185,7 +185,7 @@ class Compiled:
                 for a in function["arguments"]
             ]
             call(*arguments, lib.pointer(out[k]))
-        result = out.astype(float)
+        result = out.astype(self.library.wide)
         if name in ("L", "energy"):
             result = result[:, 0]
         return result if many else result[0]
@@ -270,7 +270,7 @@ class Compiled:
         n_x, n_rows, tables = p["n_x"], p["n_slots"] * n["n_R"], p["tables"]
 
         def take(field: Any, count: int) -> np.ndarray:
-            return np.array(field[:count], dtype=float)
+            return lib.kept(field)[:count]
 
         return {
             "r": take(work.r, n_x),

@@ -8,6 +8,7 @@ from signorini.runtime.errors import RunError
 
 # Relative to the row's terms, and for terms that only parameters make up, as in the C code.
 _TOLERANCES = {"double": (2.0**-26, 2.0**-46), "float": (2.0**-11, 2.0**-17)}
+_TOLERANCES["extended"] = _TOLERANCES["double"]
 _MAX_ITERATIONS = 50
 
 
@@ -81,7 +82,9 @@ def project(
     n = stepper.sizes
 
     def at(name: str, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return stepper.evaluate(name, t, q, v, parameters=par)
+        value = stepper.evaluate(name, t, q, v, parameters=par)
+        # LAPACK knows no wider type: directions in double, what they correct in full
+        return value.astype(float) if name in ("p_v", "W_g", "W_gamma", "W_N") else value
 
     mass_inverse = np.linalg.pinv(at("p_v", q, v), hermitian=True)
     q, v = q.copy(), v.copy()
@@ -103,9 +106,11 @@ def project(
         value, W = np.concatenate(rows), np.hstack(columns)
         if not value.size:
             break
-        change = mass_inverse @ W @ np.linalg.lstsq(W.T @ mass_inverse @ W, -value, rcond=1e-12)[0]
+        change = mass_inverse @ W @ _least(W.T @ mass_inverse @ W, -value, 1e-12)
         q = q + change
-        if np.all(np.abs(change) <= 4 * np.finfo(float).eps * np.maximum(np.abs(q), 1e-300)):
+        if np.all(
+            np.abs(change) <= 4 * np.finfo(stepper.library.wide).eps * np.maximum(np.abs(q), 1e-300)
+        ):
             break
     rows, columns = [np.zeros(0)], [np.zeros((n["n_q"], 0))]
     if n["n_g"]:
@@ -116,7 +121,7 @@ def project(
         columns.append(at("W_gamma", q, v))
     value, W = np.concatenate(rows), np.hstack(columns)
     if value.size:
-        v = v + mass_inverse @ W @ np.linalg.lstsq(W.T @ mass_inverse @ W, -value, rcond=1e-12)[0]
+        v = v + mass_inverse @ W @ _least(W.T @ mass_inverse @ W, -value, 1e-12)
     left = violations(stepper, t, q, v, par)
     if left or not (np.all(np.isfinite(q)) and np.all(np.isfinite(v))):
         text = "; ".join(what for _, what in left[:4]) or "the projection diverged"
@@ -139,7 +144,7 @@ def contradiction(
     limits = _TOLERANCES[stepper.manifest["precision"]]
 
     def at(name: str, q: np.ndarray) -> np.ndarray:
-        return stepper.evaluate(name, t, q, v, parameters=par)
+        return stepper.evaluate(name, t, q, v, parameters=par).astype(float)
 
     if n["n_g"]:
         q = q.copy()
@@ -147,7 +152,7 @@ def contradiction(
             W, g = at("W_g", q), at("g", q)
             if not (np.all(np.isfinite(W)) and np.all(np.isfinite(g))):
                 return ""
-            change = np.linalg.lstsq(W.T, -g, rcond=1e-10)[0]
+            change = _least(W.T, -g, 1e-10)
             q = q + change
             if np.abs(change).max() <= 1e-13 * (1 + np.abs(q).max()):
                 break
@@ -167,10 +172,15 @@ def contradiction(
     chi, W = np.concatenate(rows), np.hstack(columns)
     if not chi.size or not (np.all(np.isfinite(W)) and np.all(np.isfinite(chi))):
         return ""
-    speed = np.linalg.lstsq(W.T, -chi, rcond=1e-10)[0]
+    speed = _least(W.T, -chi, 1e-10)
     scale = np.abs(W).T @ np.maximum(np.abs(speed), np.abs(v)) + np.abs(chi)
     text = _left_over(names, W.T @ speed + chi, scale, "velocity", limits)
     return f"{text} at t = {t:g} ask for velocities that contradict each other" if text else ""
+
+
+def _least(A: np.ndarray, b: np.ndarray, rank: float) -> np.ndarray:
+    """Least squares in double precision."""
+    return np.linalg.lstsq(A, b.astype(float), rcond=rank)[0]
 
 
 def _left_over(

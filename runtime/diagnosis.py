@@ -161,7 +161,7 @@ def indefinite(
     stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> list[str]:
     """Velocities along which the kinetic energy falls; none if the mass matrix is positive."""
-    M = np.asarray(stepper.evaluate("p_v", t, q, v, parameters=par))
+    M = np.asarray(stepper.evaluate("p_v", t, q, v, parameters=par), dtype=float)
     return negative_directions(M, stepper.manifest["velocities"])
 
 

@@ -11,7 +11,12 @@ import numpy as np
 from signorini.runtime.compile import compile_library
 from signorini.runtime.errors import RunError
 
-_REAL = {"double": (ctypes.c_double, np.float64), "float": (ctypes.c_float, np.float32)}
+# By precision: the type in C, that of arrays passed to it, that of results in Python.
+_REAL: dict[str, tuple[Any, Any, Any]] = {
+    "double": (ctypes.c_double, np.float64, np.float64),
+    "float": (ctypes.c_float, np.float32, np.float64),
+    "extended": (ctypes.c_longdouble, np.longdouble, np.longdouble),
+}
 _META_SIZES = ("params", "options", "state", "info", "record", "work")
 
 
@@ -48,8 +53,8 @@ class Library:
         m = self.manifest
         self.prefix: str = m["prefix"]
         self.sizes: dict[str, int] = m["sizes"]
-        self.real, self.dtype = _REAL[m["precision"]]
-        self.largest = float(np.finfo(np.float32 if m["precision"] == "float" else np.float64).max)
+        self.real, self.dtype, self.wide = _REAL[m["precision"]]
+        self.largest = np.finfo(self.dtype).max
         self.statuses: list[str] = [name for name, _ in m["statuses"]]
         self.status_texts: list[str] = [text for _, text in m["statuses"]]
         self.structs: dict[str, Any] = {}
@@ -216,6 +221,14 @@ class Library:
     def array(self, values: Any) -> Any:
         """A contiguous NumPy array of the real type."""
         return np.ascontiguousarray(values, dtype=self.dtype)
+
+    def kept(self, values: Any) -> np.ndarray:
+        """A copy of an array of C as results have it in Python."""
+        return self.view(values).astype(self.wide)
+
+    def view(self, values: Any) -> np.ndarray:
+        """The reals of an array of C, where they are."""
+        return np.frombuffer(values, dtype=self.dtype)
 
     def pointer(self, values: np.ndarray) -> Any:
         """The C pointer to an array made by `array`."""

@@ -189,7 +189,7 @@ class Run:
     ) -> StepError:
         t = float(self.state.t)
         name = self.lib.statuses[status]
-        q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
+        q, v = self.lib.kept(self.state.q), self.lib.kept(self.state.v)
         causes = [contradiction(self.stepper, t + self.h, q + self.h * v, v, self.par)]
         if name == "NONFINITE":
             for part in (0.0, 0.5, 1.0):
@@ -223,7 +223,7 @@ class Run:
         )
 
     def _ask(self, asked: Inputs) -> np.ndarray:
-        q, v = np.array(self.state.q, dtype=float), np.array(self.state.v, dtype=float)
+        q, v = self.lib.kept(self.state.q), self.lib.kept(self.state.v)
         n_u = self.stepper.sizes["n_u"]
         u = reals("inputs(t, q, v)", asked(float(self.state.t), q, v)).reshape(-1)
         if u.shape != (n_u,) or not np.all(np.isfinite(u)):
@@ -276,7 +276,9 @@ class Run:
         for name, buffer in self.buffers.items():
             kept = buffer[: rows if name.startswith("stage_") else rows + 1]
             integers = name in ("counts", "contact")
-            arrays[names.get(name, name)] = kept if integers else kept.astype(float, copy=False)
+            arrays[names.get(name, name)] = (
+                kept if integers else kept.astype(self.lib.wide, copy=False)
+            )
         gaps = arrays["smallest_gap"]
         gaps[gaps >= self.lib.largest] = np.inf
         if "energy_range" in arrays:
@@ -285,7 +287,7 @@ class Run:
         # Inputs of row k: those held from t[k] on; the last row repeats the last step's.
         if self.n_steps and u.size:
             index = np.minimum(np.arange(rows + 1) * self.every, max(done - 1, 0))
-            arrays["u"] = u[index].astype(float)
+            arrays["u"] = u[index].astype(self.lib.wide)
         else:
             arrays["u"] = np.zeros((rows + 1, self.stepper.sizes["n_u"]))
         return Trajectory(

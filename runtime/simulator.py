@@ -60,14 +60,15 @@ class Simulator:
         self._options = stepper.c_options(self._option_values)
         self._u = lib.array(np.zeros(n["n_u"]))
         self._views = {
-            name: np.ctypeslib.as_array(getattr(struct, name))[:count]
+            name: lib.view(getattr(struct, name))[:count]
             for struct, name, count in (
                 (self._state, "q", n["n_q"]),
                 (self._state, "v", n["n_q"]),
                 (self._info, "P", n["n_R"]),
-                (self._info, "contact", n["n_contacts"]),
             )
         }
+        states = np.ctypeslib.as_array(self._info.contact)
+        self._views["contact"] = states[: n["n_contacts"]]
         # without declared types: a step costs what C needs and little more
         self._call = lib.dll[f"{lib.prefix}_step"]
         self._call.restype = ctypes.c_int
@@ -136,7 +137,7 @@ class Simulator:
             return
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 1:
             raise RunError(f"n = {n!r}: give a number of steps of at least 1")
-        total = np.zeros(self.stepper.sizes["n_R"])
+        total = np.zeros(self.stepper.sizes["n_R"], self.stepper.library.wide)
         for _ in range(int(n)):
             status = self._recorded() if self._records else self._call(*self._arguments)
             if status > SUCCESS:
@@ -264,27 +265,27 @@ class Simulator:
     @property
     def q(self) -> np.ndarray:
         """Coordinates, shape (n_q,)."""
-        return self._views["q"].astype(float)
+        return self._views["q"].astype(self.stepper.library.wide)
 
     @property
     def v(self) -> np.ndarray:
         """Velocities, shape (n_q,)."""
-        return self._views["v"].astype(float)
+        return self._views["v"].astype(self.stepper.library.wide)
 
     @property
     def u(self) -> np.ndarray:
         """Inputs of the last step, shape (n_u,)."""
-        return self._u.astype(float)
+        return self._u.astype(self.stepper.library.wide)
 
     @property
     def P_N(self) -> np.ndarray:
         """Normal percussions of the last call of `step` [N s], shape (n_N,)."""
-        return self._P[self._columns["N"]].astype(float)
+        return self._P[self._columns["N"]].astype(self.stepper.library.wide)
 
     @property
     def P_F(self) -> np.ndarray:
         """Friction percussions of the last call of `step` [N s], shape (n_F,)."""
-        return self._P[self._columns["F"]].astype(float)
+        return self._P[self._columns["F"]].astype(self.stepper.library.wide)
 
     @property
     def energy(self) -> float:

@@ -36,7 +36,7 @@ def stable_step(
     """
     lib = stepper.library
     n = stepper.sizes
-    arrays = [lib.array(np.asarray(x, dtype=float).ravel()) for x in (q, v)]
+    arrays = [lib.array(np.asarray(x).ravel()) for x in (q, v)]
     inputs = lib.array(np.zeros(max(n["n_u"], 1)) if u is None or not n["n_u"] else np.ravel(u))
     forces = None if force is None or not n["n_R"] else lib.array(force)
     scratch = lib.array(np.zeros(stepper.manifest["stable_scratch"]))
@@ -78,7 +78,8 @@ class Watch:
         """Look again where the energy has grown."""
         if self.warned or not self.closed or not done:
             return
-        t, q, v = float(state.t), np.array(state.q, float), np.array(state.v, float)
+        lib = self.stepper.library
+        t, q, v = float(state.t), lib.kept(state.q), lib.kept(state.v)
         energy = self._energy(t, q, v)
         kinetic = abs(
             0.5 * float(np.dot(v, self.stepper.evaluate("p", t, q, v, parameters=self.par)))

@@ -65,6 +65,7 @@ def test_no_warnings_and_only_libm(
     [
         (mixed_contacts, "double"),
         (slope.model, "float"),
+        (slope.model, "extended"),
         (one_coordinate, "double"),
         pytest.param(rheonomic, "double", marks=pytest.mark.thorough),
         pytest.param(box_in_space.model, "double", marks=pytest.mark.thorough),
@@ -104,15 +105,15 @@ def compile_strictly(model: sg.Model, precision: str, folder: Path) -> None:
         cwd=folder,
     )
     for file in (source, functions):
-        _only_libm(file, source.stem, precision == "float", folder)
+        _only_libm(file, source.stem, precision, folder)
 
 
-def _only_libm(file: Path, prefix: str, single: bool, folder: Path) -> None:
+def _only_libm(file: Path, prefix: str, precision: str, folder: Path) -> None:
     symbols = run("nm", file.with_suffix(".o").name, cwd=folder).splitlines()
     undefined = {line.split()[-1] for line in symbols if " U " in line}
-    allowed = ALLOWED | {name + "f" for name in ALLOWED}
+    allowed = ALLOWED | {name + suffix for name in ALLOWED for suffix in "fl"}
     assert undefined <= allowed, undefined - allowed
-    if single:
+    if precision != "double":
         assert not undefined & {"sin", "cos", "exp", "sqrt", "fabs", "pow", "log"}
     defined = {line.split()[-1]: line.split()[-2] for line in symbols if " U " not in line}
     assert all(

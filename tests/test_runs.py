@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
-from signorini.models import bouncing_ball, slider_crank, slope
+from signorini.models import bead_on_hoop, bouncing_ball, slider_crank, slope
 from trap_models import mixed_contacts, one_coordinate, only_constraints, rheonomic, unconstrained
 
 Build = Callable[..., sg.Stepper]
@@ -392,6 +392,32 @@ def test_single_precision_runs() -> None:
     traj = compiled.simulate(t_end=2, dt=1e-2)
     np.testing.assert_allclose(traj.v[-1], [-10 / 7, 0, 100 / 7], atol=2e-4)
     assert traj.substeps.sum() == 0
+
+
+@pytest.mark.skipif(
+    np.finfo(np.longdouble).eps >= np.finfo(float).eps, reason="long double is double here"
+)
+def test_extended_precision_from_the_start_to_the_result() -> None:
+    """A bead that strikes its peg twice: what double rounds away stays."""
+    compiled = sg.build(bead_on_hoop.model(), stages=5, precision="extended", events="located")
+    ends = {}
+    for n in (10, 20, 40):
+        traj = compiled.simulate(t_end=0.8, dt=0.8 / n, events="located", tol=0.0)
+        ends[n] = traj.q[-1]
+    assert traj.q.dtype == np.longdouble and len(traj.events) == 2
+    errors = [float(np.max(np.abs(ends[n] - ends[40]))) for n in (10, 20)]
+    assert errors[1] < 5e-13 and 7.7 < np.log2(errors[0] / errors[1]) < 8.5
+    # a start that double does not hold
+    t, q, v = compiled.initial_state()
+    moved = q + np.longdouble(2.0) ** -60
+    one, other = (compiled.simulate(q0=x, t_end=0.01, dt=0.01).q[-1] for x in (q, moved))
+    assert np.all(np.abs((other - one) * 2.0**60 - 1) < 0.1)
+    assert np.array_equal(compiled.step(t, moved, v, 0.01).q[-1], other)
+    batch = compiled.simulate_batch(q0=np.array([q, moved]), t_end=0.01, dt=0.01)
+    assert np.array_equal(batch.q[:, -1], [one, other])
+    sim = compiled.start(q0=moved, dt=0.01)
+    sim.step()
+    assert np.array_equal(sim.q, other) and sim.q.dtype == np.longdouble
 
 
 def test_explicit_prox_parameter_and_absolute_tolerance(stepper: Build) -> None:

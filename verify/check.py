@@ -42,7 +42,9 @@ _TOLERANCES = {
     "double": (1e-12, 1e-11, 1e-8, 1e-7),
     "float": (3e-5, 3e-4, 1e-2, 1e-2),
 }
+_TOLERANCES["extended"] = _TOLERANCES["double"]  # the reference of a step has double precision
 _CHANGES = {"double": (1e-6, 1e-15), "float": (1e-3, 2e-7)}
+_CHANGES["extended"] = _CHANGES["double"]
 _LEFT_OUT = (
     "substeps and rescues: steps are taken whole, from a cold start and from a run's guess",
     "options other than the defaults of the stepper (active_set='end', scaling='none')",

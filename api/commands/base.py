@@ -52,7 +52,8 @@ class Form:
         Parameter(help="paper, or full_order: the default for models without contacts."),
     ] = None
     precision: Annotated[
-        Literal["double", "float"], Parameter(help="Real type of the generated C.")
+        Literal["double", "float", "extended"],
+        Parameter(help="Real type of the generated C; extended is long double, to verify."),
     ] = "double"
     events: Annotated[
         Literal["captured", "located"],

@@ -98,7 +98,7 @@ def emit_spec(
         Where gamma = 0 holds, see `build`.
     prefix : str, optional
         Prefix of the C names; the model's name by default.
-    precision : {"double", "float"}
+    precision : {"double", "float", "extended"}
         Real type of the generated code.
     events : {"captured", "located"}
         Whether steps can be cut at their events, see `build`.

@@ -15,9 +15,10 @@ _IDENTIFIER = re.compile(r"[A-Za-z_]\w*\Z")
 
 @dataclass(frozen=True)
 class Precision:
-    """The real type: name, literal suffix, libm suffix, bytes."""
+    """The real type: name, C type, literal suffix, libm suffix, bytes on the host."""
 
     name: str
+    c_type: str
     literal: str
     libm: str
     size: int
@@ -25,7 +26,7 @@ class Precision:
     def number(self, value: float) -> str:
         """Shortest literal that reads back as `value` (for float: as the nearest float)."""
         text = repr(float(value))
-        if self.literal:
+        if self.name == "float":
             import numpy as np
 
             if abs(value) > float(np.finfo(np.float32).max):
@@ -42,9 +43,12 @@ class Precision:
         return text + self.literal
 
 
-DOUBLE = Precision("double", "", "", 8)
-FLOAT = Precision("float", "F", "f", 4)
-PRECISIONS = {"double": DOUBLE, "float": FLOAT}
+DOUBLE = Precision("double", "double", "", "", 8)
+FLOAT = Precision("float", "float", "F", "f", 4)
+# for verification: 64 bits on x86, 113 on 64-bit ARM under Linux; without NumPy's or ctypes' help
+# none of the wider types could be had from Python
+EXTENDED = Precision("extended", "long double", "L", "l", 16)
+PRECISIONS = {p.name: p for p in (DOUBLE, FLOAT, EXTENDED)}
 
 
 def statements(

@@ -30,7 +30,7 @@ _MODEL_MACROS = (
     *("SG_SPATIAL",),
 )
 _TEMPLATE_MACROS = (
-    *("SG", "SG_K", "SG_FLOAT", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY"),
+    *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY"),
     *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED"),
 )
 
@@ -217,7 +217,7 @@ class EmitSpec:
     @property
     def model_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Macros, and other names, of the file of model functions; for two files in one unit."""
-        return _names(self.model_runtime, ("SG", "SG_K", "SG_FLOAT", *_MODEL_MACROS))
+        return _names(self.model_runtime, ("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", *_MODEL_MACROS))
 
     @property
     def size_macros(self) -> tuple[tuple[str, int], ...]:

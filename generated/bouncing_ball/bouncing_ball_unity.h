@@ -32,6 +32,7 @@
 #undef SG_DIP_ROUNDS
 #undef SG_DIRECTIONS
 #undef SG_EPS
+#undef SG_EXTENDED
 #undef SG_FABS
 #undef SG_FINEST
 #undef SG_FLOAT

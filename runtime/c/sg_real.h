@@ -29,23 +29,35 @@ typedef SG(real) real;
 #define SG_CENTRAL_NEAR \
     (131072.0F * FLT_EPSILON) /* from where on it need not go further if it cannot */
 #else
+#if SG_EXTENDED
+#if LDBL_MANT_DIG <= DBL_MANT_DIG
+#error "long double is no wider than double on this machine: generate with precision double"
+#endif
+#define SG_C(x) x##L
+#define SG_EPS LDBL_EPSILON
+#define SG_HUGE LDBL_MAX
+#define SG_TINY LDBL_MIN
+#define SG_SQRT(x) sqrtl(x)
+#define SG_FABS(x) fabsl(x)
+#else
 #define SG_C(x) x
 #define SG_EPS DBL_EPSILON
-#define SG_NAN ((real)NAN)
 #define SG_HUGE DBL_MAX
 #define SG_TINY DBL_MIN
 #define SG_SQRT(x) sqrt(x)
 #define SG_FABS(x) fabs(x)
-#define SG_TOLERANCE (4096.0 * DBL_EPSILON)
-#define SG_STAGNATION (67108864.0 * DBL_EPSILON)
-#define SG_CHECK (268435456.0 * DBL_EPSILON)
-#define SG_RANK (1048576.0 * DBL_EPSILON)
-#define SG_SOFTNESS (67108864.0 * DBL_EPSILON)
-#define SG_TOUCH (4194304.0 * DBL_EPSILON)
-#define SG_GIVE (1024.0 * DBL_EPSILON)
-#define SG_SMALL (4294967296.0 * DBL_EPSILON)
-#define SG_CENTRAL_END (524288.0 * DBL_EPSILON)
-#define SG_CENTRAL_NEAR (4398046511104.0 * DBL_EPSILON)
+#endif
+#define SG_NAN ((real)NAN)
+#define SG_TOLERANCE (SG_C(4096.0) * SG_EPS)
+#define SG_STAGNATION (SG_C(67108864.0) * SG_EPS)
+#define SG_CHECK (SG_C(268435456.0) * SG_EPS)
+#define SG_RANK (SG_C(1048576.0) * SG_EPS)
+#define SG_SOFTNESS (SG_C(67108864.0) * SG_EPS)
+#define SG_TOUCH (SG_C(4194304.0) * SG_EPS)
+#define SG_GIVE (SG_C(1024.0) * SG_EPS)
+#define SG_SMALL (SG_C(4294967296.0) * SG_EPS)
+#define SG_CENTRAL_END (SG_C(524288.0) * SG_EPS)
+#define SG_CENTRAL_NEAR (SG_C(4398046511104.0) * SG_EPS)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a

@@ -8,6 +8,7 @@
 #define SG(name) unit_##name
 #define SG_K(name) UNIT_##name
 #define SG_FLOAT 0
+#define SG_EXTENDED 0
 #define SG_UNROLLED 1
 typedef double unit_real;
 typedef unsigned char sg_index;
