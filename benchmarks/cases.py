@@ -1,7 +1,7 @@
 """What is timed: models, step sizes, starts, and what their documentation promises."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import cos, sin
 
 from signorini.codegen.frontend.model import Model
@@ -26,6 +26,8 @@ class Case:
         Median time of a step that is aimed at [us].
     flies : bool
         No contact closes: the time is also given in evaluations of all model functions.
+    scheme, events : str
+        Scheme, and whether steps are cut at their events.
     """
 
     name: str
@@ -39,6 +41,8 @@ class Case:
     parameters: dict[str, float] = field(default_factory=dict)
     goal: float | None = None
     flies: bool = False
+    scheme: str = "lobatto"
+    events: str = "captured"
 
 
 _FLAT = {"z": 0.1, "p0": 1.0, "p1": 0.0, "p2": 0.0, "p3": 0.0}
@@ -49,7 +53,7 @@ def _tilted(angle: float) -> dict[str, float]:
     return {"z": 0.45, "p0": cos(angle), "p1": 0.6 * sin(angle), "p2": 0.8 * sin(angle), "p3": 0.0}
 
 
-CASES = (
+_CAPTURED = (
     Case(
         "ball_bounces",
         "bouncing ball, case 1: falls, bounces, rests",
@@ -165,3 +169,9 @@ CASES = (
         flies=True,
     ),
 )
+_LOCATED = tuple(
+    replace(c, name=f"{c.name}_located", text=f"{c.text}; cut at events", goal=None,
+            events="located")
+    for c in _CAPTURED
+)  # fmt: skip
+CASES = (*_CAPTURED, *_LOCATED)

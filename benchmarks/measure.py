@@ -31,6 +31,8 @@ class Timing:
     smooth, after : float
         Median of the steps that are not within 20 after an impact, and of those that are; NaN
         where there are none.
+    event : float
+        Median of the steps that are cut at an event; NaN where there are none.
     iterations : float
         Newton iterations a step, all problems.
     substeps : int
@@ -50,6 +52,7 @@ class Timing:
     worst: float
     smooth: float
     after: float
+    event: float
     iterations: float
     substeps: int
     evaluation: float
@@ -74,7 +77,14 @@ class Program:
 
     def __init__(self, case: Case, folder: Path) -> None:
         self.case = case
-        self.folder = generate(case.model(), folder / case.name, stages=case.stages, prefix="m")
+        self.folder = generate(
+            case.model(),
+            folder / case.name,
+            stages=case.stages,
+            prefix="m",
+            scheme=case.scheme,
+            events=case.events,
+        )
         self.stepper = load(self.folder)
         manifest = self.stepper.manifest
         self.footprint = manifest["footprint"]
@@ -98,7 +108,7 @@ class Program:
             "FIRST_N": n["n_g"] + n["n_gamma"],
             "N_PAR": len(self.stepper.manifest["parameters"]),
             "STEPS": self.case.steps, "REPEATS": repeats, "H": repr(self.case.dt), "PRE": "m",
-            "HEADER": '"m.h"',
+            "HEADER": '"m.h"', "LOCATED": int(self.case.events == "located"),
         }  # fmt: skip
         target = self.folder / "steps"
         command = [
@@ -117,6 +127,7 @@ class Program:
         data = np.array([[float(x) for x in row.split()] for row in rows])
         t, iterations = data[:, 0] / 1e3, data[:, 1]
         near = _near_impacts(data[:, 3].astype(int))
+        cut = data[:, 4] > 0
         flops = self._flops(iterations)
         return Timing(
             case=self.case.name,
@@ -126,6 +137,7 @@ class Program:
             worst=float(t.max()),
             smooth=float(np.median(t[~near])) if (~near).any() else float("nan"),
             after=float(np.median(t[near])) if near.any() else float("nan"),
+            event=float(np.median(t[cut])) if cut.any() else float("nan"),
             iterations=float(iterations.mean()),
             substeps=int(np.count_nonzero(data[:, 2])),
             evaluation=evaluation,

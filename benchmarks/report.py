@@ -141,18 +141,26 @@ def _errors(
 ) -> Iterator[tuple[str, list[tuple[float, float, float]]]]:
     """Slipping ball: error of x(1.1) and microseconds a simulated second, for several dt."""
     slips = next(c for c in CASES if c.name == "ball_slips")
-    for stages in (2, 3):
+    for scheme, events, stages in (
+        *(("lobatto", "captured", s) for s in (2, 3)),
+        *(("lobatto", "located", s) for s in (2, 3)),
+        ("moreau", "captured", 2),
+    ):
         rows = []
+        name = f"slip_{scheme}_{events}_{stages}"
         for dt in _DTS:
-            steps = round(1.1 / dt)
-            case = replace(slips, name=f"slip_{stages}", stages=stages, dt=dt, steps=steps)
+            case = replace(
+                slips, name=name, stages=stages, dt=dt, steps=round(1.1 / dt), scheme=scheme,
+                events=events,
+            )  # fmt: skip
             program = Program(case, folder)
             traj = program.stepper.simulate(
-                q0=program.q, v0=program.v, dt=dt, t_end=1.1, parameters=case.parameters
-            )
+                q0=program.q, v0=program.v, dt=dt, t_end=1.1, parameters=case.parameters,
+                events=events,
+            )  # fmt: skip
             error = abs(float(np.interp(1.1, traj.t, traj["x"])) - BALL.exact_x)
             rows.append((dt, error, program.time(11).mean / dt))
-        yield f"signorini s = {stages}", rows
+        yield "signorini, " + (scheme if scheme == "moreau" else f"{events}, s = {stages}"), rows
     for peer in peers:
         name = peer.__name__.rpartition("_")[2]
         yield name, [(dt, *peer.slip(dt)) for dt in _DTS]
@@ -166,7 +174,7 @@ def ours(results: Results) -> tuple[list[str], list[list[str]]]:
     by_name = {c.name: c for c in CASES}
     native = {t.case: t for t in results.native}
     stored = json.loads(STORED.read_text())["cases"] if STORED.is_file() else {}
-    head = ["case", "us", "goal", "smooth", "after", "90 %", "max", "it.", "eval."]
+    head = ["case", "us", "goal", "smooth", "after", "event", "90 %", "max", "it.", "eval."]
     head += ["flops", "peak"]
     head += ["native"] if native else []
     counted = any(t.instructions for t in results.timings)
@@ -176,6 +184,7 @@ def ours(results: Results) -> tuple[list[str], list[list[str]]]:
         case = by_name[t.case]
         ratio = t.median / (case.stages * t.evaluation)
         row = [t.case, f"{t.median:.3f}", _goal(case, t, ratio), _us(t.smooth), _us(t.after)]
+        row.append(_us(t.event))
         row += [f"{t.p90:.2f}", f"{t.worst:.1f}", f"{t.iterations:.1f}", f"{ratio:.1f}"]
         row += [f"{t.flops:.0f}", f"{100 * t.rate / results.machine['peak']:.1f}%"]
         if native:
@@ -216,7 +225,8 @@ NOTES = (
     "Times in microseconds of one core; each step's time is the median of its repetitions, the "
     "columns are over the steps of the run. us: median; goal: what it is to be below; smooth, "
     "after: median of the steps that are not, or are, within 20 after a contact began to push; "
-    "it.: Newton iterations, both problems; eval.: median over one evaluation of all public model "
+    "event: median of the steps that are cut at an event; it.: Newton iterations, both problems; "
+    "eval.: median over one evaluation of all public model "
     "functions at the stages; flops: operations of the generated code a step, without the "
     "runtime's; peak: their rate over that of a loop of fused multiply-adds; native: median with "
     "-march=native; instr.: instructions a step by valgrind, change against the stored count."

@@ -1,7 +1,7 @@
 /* Times every step of a run of the stepper in HEADER, prefix PRE, and one evaluation of all its
    model functions (functions.h). Prints a line for every step: median time over REPEATS runs in
-   nanoseconds, iterations, substeps, and which contacts pushed; first one with the clock's own
-   time, the evaluation's, and the stages. The start is read from standard input: t, q, v,
+   nanoseconds, iterations, substeps, which contacts pushed, and events; first one with the clock's
+   own time, the evaluation's, and the stages. The start is read from standard input: t, q, v,
    parameters. */
 #define _POSIX_C_SOURCE 200809L
 
@@ -15,7 +15,13 @@
 #define JOIN(a, b) JOIN_(a, b)
 #define P(name) JOIN(PRE, name)
 
-enum { PARTS = 64 };
+enum { PARTS = 64, FACTS = 4 };
+
+#if LOCATED
+#define EVENTS(info) (info).n_events
+#else
+#define EVENTS(info) 0
+#endif
 
 static P(work) work;
 static volatile P(real) sink;
@@ -69,7 +75,7 @@ int main(void) {
     P(real) q[N_Q], v[N_Q], t;
     const P(real) u[N_U + 1] = {0};
     double *time_of = malloc(sizeof(double) * STEPS * REPEATS);
-    int *facts = malloc(sizeof(int) * 3 * STEPS);
+    int *facts = malloc(sizeof(int) * FACTS * STEPS);
     double parameter, value, overhead;
     int k, r;
 
@@ -90,6 +96,9 @@ int main(void) {
         ((P(real) *)&par)[k] = (P(real))parameter;
     }
     opt.max_halvings = 4;
+#if LOCATED
+    opt.events = M_EVENTS_LOCATED;
+#endif
     overhead = clock_time();
     printf("%.9g %.9g %d\n", overhead, evaluation_time(&par, q, v), P(meta)().stages);
     for (r = 0; r < REPEATS; ++r) {
@@ -113,14 +122,15 @@ int main(void) {
                 pushed |= info.P[FIRST_N + c] > 0 ? 1U << (c % 31) : 0U;
             }
             time_of[k * REPEATS + r] = end - start - overhead;
-            facts[3 * k] = info.iterations;
-            facts[3 * k + 1] = info.substeps;
-            facts[3 * k + 2] = (int)pushed;
+            facts[FACTS * k] = info.iterations;
+            facts[FACTS * k + 1] = info.substeps;
+            facts[FACTS * k + 2] = (int)pushed;
+            facts[FACTS * k + 3] = EVENTS(info);
         }
     }
     for (k = 0; k < STEPS; ++k) {
-        printf("%.9g %d %d %d\n", median(&time_of[k * REPEATS], REPEATS), facts[3 * k],
-               facts[3 * k + 1], facts[3 * k + 2]);
+        printf("%.9g %d %d %d %d\n", median(&time_of[k * REPEATS], REPEATS), facts[FACTS * k],
+               facts[FACTS * k + 1], facts[FACTS * k + 2], facts[FACTS * k + 3]);
     }
     free(time_of);
     free(facts);

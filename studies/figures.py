@@ -243,37 +243,48 @@ def _high_orders(study: Study, plt: Any) -> Any:
     return fig
 
 
-def _located(study: Study, plt: Any) -> Any:
-    names = [n for n in study.curves if ", s = " in n]
-    texts = list(dict.fromkeys(n.split(", ")[0] for n in names))
-    fig, axes = _axes(plt, 2, 2, (11, 8))
-    for axis, text in zip(axes[0], texts, strict=True):
-        for name in (n for n in names if n.startswith(text)):
+def _located_orders(study: Study, plt: Any) -> Any:
+    texts = list(dict.fromkeys(n.split(": ")[0] for n in study.curves))
+    columns = min(4, len(texts))
+    rows = -(-len(texts) // columns)
+    fig, axes = _axes(plt, rows, columns, (4 * columns, 3.8 * rows))
+    for axis, text in zip(axes.flat, texts, strict=False):
+        for name in (n for n in study.curves if n.startswith(f"{text}: ")):
             s, c = _stages(name), study.curves[name]
-            is_located = ", located," in name
+            is_located = ": located" in name
             axis.loglog(
                 c["dt"], c["q"], "o-" if is_located else "s:", ms=3, lw=1, color=COLOURS[s],
                 label=f"{'located' if is_located else 'captured'}, s = {s}",
             )  # fmt: skip
-            if is_located and max(c["q"]) > 1e-10:
-                _triangle(axis, c["dt"], c["q"], 2 * s - 2, COLOURS[s])
         axis.xaxis.set_minor_formatter("")
+        axis.set_ylim(1e-20, 10)
         axis.set_xlabel("Δt [s]")
+        axis.set_title(text, fontsize=10)
+    for axis in axes[:, 0]:
         axis.set_ylabel("error of q, v at the end")
-        axis.set_title(text)
-        axis.legend(fontsize=7, ncols=2)
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    spare = list(axes.flat[len(texts) :])
+    for axis in spare:
+        axis.axis("off")
+    place = spare[0] if spare else axes.flat[0]
+    place.legend(handles, labels, fontsize=8, loc="center" if spare else "best")
+    return fig
+
+
+def _located(study: Study, plt: Any) -> Any:
+    fig, axes = _axes(plt, 1, 2, (11, 4))
     for events, colour in (("captured", COLOURS[3]), ("located", COLOURS[2])):
         c = study.curves[f"energy, {events}"]
-        axes[1, 0].semilogx(c["t"][1:], c["energy"][1:], color=colour, lw=1.2, label=events)
-    axes[1, 0].set_xlabel("t [s]")
-    axes[1, 0].set_ylabel("energy over that of the start")
-    axes[1, 0].set_title("Elastic ball, s = 3, Δt = 0.01")
-    axes[1, 0].legend(fontsize=8)
+        axes[0, 0].semilogx(c["t"][1:], c["energy"][1:], color=colour, lw=1.2, label=events)
+    axes[0, 0].set_xlabel("t [s]")
+    axes[0, 0].set_ylabel("energy over that of the start")
+    axes[0, 0].set_title("Elastic ball, s = 3, Δt = 0.01")
+    axes[0, 0].legend(fontsize=8)
     c = study.curves["bifurcation"]
-    axes[1, 1].plot(c["omega"], c["v"], ".", ms=1.2, color=COLOURS[2])
-    axes[1, 1].set_xlabel("frequency ω")
-    axes[1, 1].set_ylabel("velocity once a period")
-    axes[1, 1].set_title("Impact oscillator, restitution 0.8, s = 4")
+    axes[0, 1].plot(c["omega"], c["v"], ".", ms=1.2, color=COLOURS[2])
+    axes[0, 1].set_xlabel("frequency ω")
+    axes[0, 1].set_ylabel("velocity once a period")
+    axes[0, 1].set_title("Impact oscillator, restitution 0.8, s = 4")
     return fig
 
 
@@ -292,5 +303,6 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "work": _work,
     "moreau": _moreau,
     "high orders": _high_orders,
+    "located orders": _located_orders,
     "located": _located,
 }

@@ -1,4 +1,4 @@
-"""Located events: order through impacts, energy of elastic impacts, an impact oscillator.
+"""Located events: energy of elastic impacts, accumulations, an impact oscillator.
 
 The oscillator is x'' + x = cos(omega t) in front of a wall, x <= sigma, with x' -> -r x' there
 (S. W. Shaw, P. J. Holmes, *A periodically forced piecewise linear oscillator*, Journal of Sound
@@ -7,22 +7,16 @@ that its impacts are roots of a function in closed form.
 """
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import mpmath as mp
 import numpy as np
 import sympy as sp
-from signorini import Model, Stepper, build
-from signorini.models import bead_on_hoop, bouncing_ball, rocking_block
+from signorini import Model
+from signorini.models import bouncing_ball
 from signorini.studies.claims import Claim, near
+from signorini.studies.located_orders import stepper
 from signorini.studies.paper import Progress, Study
-from signorini.verify.event_driven import EventDriven
-
-SCENES: dict[str, tuple[Callable[[], Model], float]] = {
-    "two impacts on a bent wire": (bead_on_hoop.model, 0.8),
-    "a block that rocks": (rocking_block.model, 0.7),
-}
 
 
 def oscillator() -> Model:
@@ -37,56 +31,38 @@ def oscillator() -> Model:
     return m
 
 
-@cache
-def stepper(model: Callable[[], Model], stages: int) -> Stepper:
-    """The stepper of a model whose steps can be cut at events."""
-    return build(model(), stages=stages, events="located")
-
-
 def located(
     report: Progress = lambda text: None,
-    stages: tuple[int, ...] = (2, 3, 4),
     bounces: int = 100_000,
     frequencies: int = 181,
 ) -> Study:
-    """Orders through impacts, energy, and the impact oscillator against its closed form."""
+    """Energy, accumulations, and the impact oscillator against its closed form."""
     study = Study("located")
-    for text, (model, t_end) in SCENES.items():
-        report(f"located, {text}")
-        _orders(study, text, model, t_end, stages)
     report("located, energy")
     _energy(study, bounces)
+    report("located, accumulations")
+    _accumulations(study)
     report("located, impact oscillator")
     _oscillator(study, frequencies)
     return study
 
 
-def _orders(
-    study: Study, text: str, model: Callable[[], Model], t_end: float, stages: tuple[int, ...]
-) -> None:
-    first = stepper(model, stages[0])
-    par = first.check_parameters(None)
-    t, q, v = first.start_of(None, None, None, par)
-    at = (t, q, v, np.zeros(first.sizes["n_u"]), list(par.values()))
-    exact = np.concatenate(EventDriven(model(), 1e-9).run(at, t + t_end, t_end / 20))
-    counts = np.array([20, 40, 80, 160])
-    for s in stages:
-        for events in ("captured", "located"):
-            errors = []
-            for n in counts:
-                traj = stepper(model, s).simulate(t_end=t_end, dt=t_end / n, events=events, tol=0.0)
-                end = np.concatenate([traj.q[-1], traj.v[-1]])
-                errors.append(float(np.max(np.abs(end - exact))))
-            study.curves[f"{text}, {events}, s = {s}"] = {"dt": t_end / counts, "q": errors}
-            if events == "located":
-                # the finest pair that round-off leaves alone
-                k = max((k for k in range(3) if errors[k + 1] > 1e-11), default=-1)
-                if k < 0:
-                    continue
-                order = float(np.log2(errors[k] / errors[k + 1]))
-                study.claims.append(
-                    Claim(f"located, s = {s}", f"order, {text}", order, ">=", 2 * s - 2 - 0.3)
-                )
+def _accumulations(study: Study) -> None:
+    """A ball comes to rest where its flights, each e times the last, come to an end."""
+    for e_N, height, dt in ((0.5, 0.9, 1e-2), (0.9, 0.1, 1e-3)):
+        fall = np.sqrt(2 * height / 9.81)
+        ends = fall * (1 + 2 * e_N / (1 - e_N))
+        traj = stepper(bouncing_ball.model, 3).simulate(
+            t_end=dt * np.ceil(1.05 * ends / dt), dt=dt, q0={"y": 0.1 + height}, v0={"phi": 0.0},
+            parameters={"e_N": e_N}, events="located",
+        )  # fmt: skip
+        last = [e.t for e in traj.events if e.kind == "impact"][-1]
+        text = f"located, accumulation, e_N = {e_N}"
+        study.claims += [
+            near(text, "the ball rests from", last, ends, 0.015 * dt * e_N / (1 - e_N), "s"),
+            near(text, "velocity behind it", float(np.max(np.abs(traj.v[-1]))), 0.0, 0.0, "m/s"),
+            near(text, "steps of which any part was captured", int(traj.captured.sum()), 0, 0.0),
+        ]
 
 
 def _energy(study: Study, bounces: int) -> None:

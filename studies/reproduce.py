@@ -6,7 +6,7 @@ from pathlib import Path
 
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.runtime.compile import describe_machine
-from signorini.studies import figures, invariants, limits, located, paper
+from signorini.studies import figures, invariants, limits, located, located_orders, paper
 from signorini.studies.claims import Claim, markdown
 from signorini.studies.paper import Progress, Study
 
@@ -14,6 +14,7 @@ STUDIES: dict[str, Callable[..., Study]] = {
     **paper.STUDIES,
     **limits.STUDIES,
     **invariants.STUDIES,
+    **located_orders.STUDIES,
     **located.STUDIES,
 }
 NAMES = tuple(name.replace(" ", "_") for name in STUDIES)

@@ -22,7 +22,7 @@ PATH = "runtime/c/sg_path.c"
 CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
-STRIKE, LOCATED = "runtime/c/sg_impact.c", "runtime/c/sg_located.c"
+IMPACT, LOCATED = "runtime/c/sg_impact.c", "runtime/c/sg_located.c"
 STEP, TICK = "runtime/c/sg_cover.c", "runtime/c/sg_step.c"
 SCALE, LINALG = "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
@@ -204,14 +204,15 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a hit is drawn where the body is at the frame's time", "view/motion.py", "contacts[name][_frames_of(rows, hits[name])] = own", "contacts[name][_frames_of(rows, hits[name])] += 0 * own"),
     Mutant("impacts give energy in the plot", "view/plots.py", "axis.step(self.t, -taken,", "axis.step(self.t, taken,"),
     Mutant("an environment holds an action for one step", "api/learning.py", "sim.step(u, self.steps)", "sim.step(u, 1)"),
-    Mutant("a contact bounces for ever", STRIKE, "            w->e_N[k] = SG_C(0.0);", "            w->e_N[k] *= SG_C(1.0);"),
+    Mutant("a contact bounces for ever", IMPACT, "            w->e_N[k] = SG_C(0.0);", "            w->e_N[k] *= SG_C(1.0);"),
     Mutant("friction of a segment's first stage goes along the slip", "runtime/c/sg_modes.c", "? -(w->segment.mu[k] * w->segment.direction[f])", "? (w->segment.mu[k] * w->segment.direction[f])"),
     Mutant("an event is taken where it was first looked for", LOCATED, "(falls && (SG_FABS(next - tau) <= noise || high - low <= noise))", "round >= 0"),
+    Mutant("forces end where the stages see them last", "runtime/c/sg_real.h", "#define SG_CLEAR_GROWTH SG_C(2.0)", "#define SG_CLEAR_GROWTH SG_C(0.0)"),
     Mutant("contacts without force stay closed", LOCATED, "            w->segment.mode[k] = SG_K(OPEN);\n            return k;", "            return -1;"),
     Mutant("nobody hears that a step was captured", LOCATED, "info->captured = done > SG_C(0.0) ? 1 : 2;", "info->captured = 0;"),
     Mutant("velocity constraints are without force at a segment's start", "runtime/c/sg_segment.c", "w->given[c] = part * w->segment.force[SG_N_G + c];", "w->given[c] = SG_C(0.0);"),
     Mutant("gaps are looked at at the ends of a segment alone", "runtime/c/sg_events.c", "j <= SG_SAMPLES && near", "j <= SG_SAMPLES && near && 0 * j"),
-    Mutant("percussions of a located impact are lost", STRIKE, "w->segment.P[k] += P[k];", "w->segment.P[k] += SG_C(0.0) * P[k];"),
+    Mutant("percussions of a located impact are lost", IMPACT, "w->segment.P[k] += P[k];", "w->segment.P[k] += SG_C(0.0) * P[k];"),
     Mutant("a segment tests the slip at its IIIB velocities", "codegen/schemes/located.py", 'own = self.aux(j, "gamma_F") if j', 'own = self.at(j, "gamma_F") if j'),
     Mutant("accelerations without the turn of contact directions", "codegen/schemes/located.py", '("g_rate", "gamma_rate", "g_N_rate", "gamma_F_rate")]\n        y = self.h *', '("g_rate", "gamma_rate", "g_N_rate", "gamma_F_rate")]\n        y = 0 * self.h *'),
     Mutant("between the rows a run takes a step too many", "runtime/between.py", "time - t - whole * self.h)", "time - t)"),

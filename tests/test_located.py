@@ -218,6 +218,7 @@ def sled() -> sg.Model:
 
 SCENES = {
     "two impacts": (bead_on_hoop.model, 0.8, {}),
+    "lift-off": (bead_on_hoop.model, 1.2, {"parameters": {"e_N": 0.0}}),
     "knife edge against a wall": (sled, 1.0, {}),
     "rocking": (rocking_block.model, 0.7, {}),
     "slip and stick": (slope.model, 1.4, {}),
@@ -228,16 +229,18 @@ SCENES = {
 }
 
 
+ALWAYS = [("two impacts", 3), ("lift-off", 3), ("knife edge against a wall", 2)]
+
+
 @pytest.mark.parametrize(
     ("scene", "s"),
     [
-        ("two impacts", 3),
-        ("knife edge against a wall", 2),
+        *ALWAYS,
         *(
             pytest.param(scene, s, marks=pytest.mark.thorough if s == 3 else pytest.mark.slow)
             for scene in SCENES
             for s in (2, 3, 4)
-            if (scene, s) not in (("two impacts", 3), ("knife edge against a wall", 2))
+            if (scene, s) not in ALWAYS
         ),
     ],
 )

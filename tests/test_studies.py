@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from signorini.codegen.frontend.errors import GenerationError
-from signorini.studies import figures, invariants, limits, located, paper, reproduce
+from signorini.studies import figures, invariants, limits, located, located_orders, paper, reproduce
 from signorini.studies.claims import Claim, markdown, near
 
 Ink = Callable[[Path], tuple[float, float, float, int]]
@@ -30,11 +30,14 @@ REDUCED = {
     "work": lambda: invariants.work_precision(stages=(2, 3), halvings=3),
     "moreau": lambda: invariants.second_scheme(halvings=5),
     "high orders": lambda: invariants.high_orders(stages=(6,)),
-    "located": lambda: located.located(stages=(2, 3), bounces=1000, frequencies=19),
+    "located orders": lambda: located_orders.orders(
+        scenes=located_orders.SCENES[:2], stages=(2, 3, 5)
+    ),
+    "located": lambda: located.located(bounces=1000, frequencies=19),
 }
 
 
-LONG = {"full order", "located"}
+LONG = {"full order", "located orders", "located"}
 
 
 @pytest.mark.parametrize(

@@ -339,8 +339,10 @@ class EventDriven:
         for key in past:
             low, high, f_low, f_high, side = 0.0, h, max(start[key], 0.0), after[key], 0
             if start[key] <= 1e-9 * size[key]:
-                low = 1e-3 * h
-                f_low = self._margins(self._advance(at, modes, low), modes)[key]
+                low, f_low = h, -1.0
+                while f_low <= 0 and low > 1e-9 * h:  # hops may be short
+                    low *= 0.1
+                    f_low = self._margins(self._advance(at, modes, low), modes)[key]
                 if f_low <= 0:
                     raise UndecidedError(f"{key} from the start")
             here = end

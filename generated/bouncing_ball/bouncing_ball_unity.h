@@ -24,6 +24,7 @@
 #undef SG_CHECK_MOST
 #undef SG_CLEARLY
 #undef SG_CLEAR_FRICTION
+#undef SG_CLEAR_GROWTH
 #undef SG_CLEAR_PUSH
 #undef SG_COUNTS
 #undef SG_CYCLE

@@ -83,30 +83,55 @@ static int sg_return(SG(work) * w, const SG(params) * par) {
     return status;
 }
 
-/* 1 if the percussions of the segment leave no doubt that contacts press and stick all along. */
-static int sg_press_clearly(const SG(work) * w) {
-    const int problem = w->segment.rubs ? SG_SEGMENT : 0;
-    const sg_problem *pr = &sg_problems[problem];
-    int slot, k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const sg_contact *contact = &sg_contacts[k];
-        real least = SG_HUGE;
-        real most = SG_C(0.0);
-        for (slot = 0; slot < pr->n_slots && sg_holds(w, k); ++slot) {
-            const real *R = &w->R[pr->R + slot * SG_N_R];
-            const real radius = sg_radius(w, slot * SG_N_R, k, &w->R[pr->R]);
-            if (contact->normal >= 0) {
-                const real push = R[SG_NORMAL + contact->normal];
-                least = sg_min(least, push);
-                most = sg_max(most, push);
-            }
-            if (slot > 0 && sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k]) &&
-                !(sg_friction_size(w, k, &R[SG_SLIP + contact->friction]) <
-                  SG_CLEAR_FRICTION * radius)) {
-                return 0;
-            }
+/* 1 if percussions of contact k vary so little that it presses all along. Those of the stages are
+   forces of earlier places: what they vary by is up to half of what the force does. */
+static int sg_presses_clearly(const SG(work) * w, int k) {
+    const int first = w->segment.rubs ? SG_SEGMENT : 0;
+    const int last = w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1;
+    const int n = SG_NORMAL + sg_contacts[k].normal;
+    real least = SG_HUGE;
+    real most = SG_C(0.0);
+    int problem, slot;
+    for (problem = first; problem <= last; ++problem) {
+        const sg_problem *pr = &sg_problems[problem];
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            const real push = w->R[pr->R + slot * SG_N_R + n];
+            least = sg_min(least, push);
+            most = sg_max(most, push);
         }
-        if (contact->normal >= 0 && sg_holds(w, k) && !(least > SG_CLEAR_PUSH * most)) {
+    }
+    return least - SG_CLEAR_GROWTH * (most - least) > SG_CLEAR_PUSH * most;
+}
+
+/* 1 if contact k sticks all along: what its friction uses of the radius at the start and at the
+   stages does not reach it, even where it grows on as it did. */
+static int sg_sticks_clearly(const SG(work) * w, int k) {
+    const sg_problem *pr = &sg_problems[SG_SEGMENT];
+    const sg_contact *contact = &sg_contacts[k];
+    const int f = SG_SLIP + contact->friction;
+    const real radius = contact->normal >= 0
+                            ? w->segment.mu[k] * w->segment.force[SG_NORMAL + contact->normal]
+                            : w->segment.bound[contact->bound];
+    real most = sg_friction_size(w, k, &w->segment.force[f]) / radius;
+    real least = most;
+    int slot;
+    for (slot = 1; slot < pr->n_slots; ++slot) {
+        const real use = sg_friction_size(w, k, &w->R[pr->R + slot * SG_N_R + f]) /
+                         sg_radius(w, slot * SG_N_R, k, &w->R[pr->R]);
+        least = sg_min(least, use);
+        most = sg_max(most, use);
+    }
+    return most + SG_CLEAR_GROWTH * (most - least) < SG_CLEAR_FRICTION;
+}
+
+/* 1 if the percussions of the segment leave no doubt about the modes of all contacts. */
+static int sg_press_clearly(const SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const int holds = sg_holds(w, k);
+        const int sticks = holds && sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k]);
+        if ((holds && sg_contacts[k].normal >= 0 && !sg_presses_clearly(w, k)) ||
+            (sticks && !sg_sticks_clearly(w, k))) {
             return 0;
         }
     }

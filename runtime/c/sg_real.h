@@ -119,7 +119,8 @@ typedef SG(real) real;
 
 /* Located events: places of a segment at which gaps and slips, and forces, are looked at; rounds to
    find a root on the dense output, its width, rounds to find a dip, to find where a function was
-   positive, to locate an event by secants and in all; shares of force that leave no doubt; an
+   positive, to locate an event by secants and in all; shares of force that leave no doubt, and
+   how far beyond the stages a force may go on as it varies over them; an
    impact within this share of the step behind the last lets the contact rest. */
 #define SG_SAMPLES 16
 #define SG_FORCE_SAMPLES 2
@@ -131,7 +132,8 @@ typedef SG(real) real;
 #define SG_LOCATE_ROUNDS 64
 #define SG_ABSENT_TURNS 4
 #define SG_CLEAR_PUSH SG_C(0.25)
-#define SG_CLEAR_FRICTION SG_C(0.75)
+#define SG_CLEAR_FRICTION SG_C(0.875)
+#define SG_CLEAR_GROWTH SG_C(2.0)
 #define SG_REST SG_C(0.01)
 #define SG_DIP SG_C(0.0009765625) /* share of the way that truncation may take from a gap */
 
