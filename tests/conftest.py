@@ -79,21 +79,38 @@ FURTHER = re.compile(
 )
 
 
+# The same on more models or machines than continuous integration has time for.
+SLOWER = re.compile(
+    "|".join(
+        (
+            r"test_generated_code.py::test_static_analysis\[(?!.*slope.*located)",
+            r"test_generated_code.py::test_no_warnings_and_only_libm\[box_in_space.*double",
+            r"test_eva.py::test_linear_algebra_and_prox\[model1",
+            r"test_targets.py::test_same_trajectory\[box_in_space.*(aarch64|s390x|M4F)",
+            r"test_targets.py::test_memory_on_a_microcontroller\[(double-M4F|float-M7)",
+            r"test_located.py::test_an_elastic_ball_keeps_energy_and_time\[100000",
+        )
+    )
+)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Tests with these markers run only when asked for by the marker."""
     for item in items:
-        if FURTHER.search(item.nodeid):
+        if SLOWER.search(item.nodeid):
+            item.add_marker(pytest.mark.slow)
+        elif FURTHER.search(item.nodeid):
             item.add_marker(pytest.mark.thorough)
     chosen = config.option.markexpr or ""
-    for marker, what in (
-        ("slow", "a long study: run with -m slow"),
-        ("thorough", "another machine, compiler or analyser: run with -m thorough"),
-    ):
-        if marker not in chosen:
-            for item in items:
-                if marker in item.keywords:
-                    item.add_marker(pytest.mark.skip(reason=what))
+    reasons = {
+        "slow": "a long study: run with -m slow",
+        "thorough": "another machine, compiler or analyser: run with -m thorough",
+    }
+    for item in items:
+        marker = next((m for m in reasons if m in item.keywords), "")
+        if marker and marker not in chosen:
+            item.add_marker(pytest.mark.skip(reason=reasons[marker]))
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,15 @@ from pathlib import Path
 import branch_coverage
 import pytest
 import signorini as sg
-from signorini.models import bouncing_ball, box
+from signorini.models import (
+    bead_on_hoop,
+    bouncing_ball,
+    box,
+    box_in_space,
+    conveyor_oscillator,
+    slope,
+    woodpecker,
+)
 from trap_models import (
     anisotropic,
     forms,
@@ -126,6 +134,48 @@ def test_models(make: Callable[[], sg.Model], stages: int, vanishing: bool, tmp_
     # it took steps, and looked at directions of the Newton matrix
     assert int(re.search(r"directions (\d+)", said)[1]) > 0
     assert int(re.search(r"steps (\d+)", said)[1]) > 0
+
+
+def located_units(make: Callable[[], sg.Model], stages: int, folder: Path, starts: int) -> str:
+    """Located steps of any model from drawn starts."""
+    folder = sg.generate(make(), folder, stages=stages, prefix="m", events="located")
+    for source in (folder / "m.c", folder / "m_model.c"):
+        source.write_text(branch_coverage.with_lines(source.read_text()))
+    source = ROOT / "tests" / "c" / "run_located.c"
+    return build_and_run(source, folder, folder, *FLAGS, f"-DSTARTS={starts}")
+
+
+@pytest.mark.thorough
+def test_located_steps_of_any_model(tmp_path: Path) -> None:
+    """Redundant contacts, guards, friction elements: what a step leaves in the scratch is nothing
+    to the next, it ends at its time, without penetration."""
+    assert all_hold(located_units(mixed_contacts, 2, tmp_path / "m", 20))
+
+
+LOCATED = (
+    *(rheonomic, mixed_contacts, sticking_incline, box.model, one_coordinate, forms, anisotropic),
+    *(slope.model, conveyor_oscillator.model, woodpecker.model, bead_on_hoop.model),
+    box_in_space.model,
+)
+LOCATED_FILES = (
+    *("sg_modes.c", "sg_accelerations.c", "sg_dense.c", "sg_segment.c", "sg_events.c"),
+    *("sg_force_events.c", "sg_impact.c", "sg_located.c", "sg_notes.c"),
+)
+
+
+@pytest.mark.slow
+def test_branches_of_located_steps(tmp_path: Path) -> None:
+    """Drawn starts of many models take nine of ten branches of the files of located steps."""
+    counts: branch_coverage.Branches = {}
+    for k, make in enumerate(LOCATED):
+        starts = 8 if make is box_in_space.model else 60
+        assert all_hold(located_units(make, 3 - k % 2, tmp_path / str(k), starts))
+        branch_coverage.collect(tmp_path / str(k), counts)
+    totals, missing = branch_coverage.summary(counts)
+    totals = {name: totals[name] for name in LOCATED_FILES}
+    missing = [line for line in missing if line.split(":")[0] in LOCATED_FILES]
+    taken, existing = (sum(column) for column in zip(*totals.values(), strict=True))
+    assert taken >= 0.9 * existing, branch_coverage.table(totals, missing)
 
 
 @pytest.mark.thorough

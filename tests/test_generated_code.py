@@ -138,6 +138,7 @@ def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     assert "nan" not in lines[-1]
 
 
+@pytest.mark.parametrize("events", ["captured", "located"])
 @pytest.mark.parametrize(
     "make",
     [
@@ -146,9 +147,9 @@ def test_sanitizers(make: Callable[[], sg.Model], tmp_path: Path) -> None:
     ],
     ids=identify,
 )
-def test_static_analysis(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+def test_static_analysis(make: Callable[[], sg.Model], events: str, tmp_path: Path) -> None:
     """gcc's analyser and cppcheck find nothing; of MISRA C:2012 only the deviations in docs."""
-    folder = sg.generate(make(), tmp_path / "c", stages=3, prefix="m")
+    folder = sg.generate(make(), tmp_path / "c", stages=3, prefix="m", events=events)
     both = ("m.c", "m_model.c")
     out = run(compiler("gcc"), "-std=c99", "-O1", "-fanalyzer", "-c", *both, cwd=folder)
     assert "warning" not in out

@@ -151,10 +151,14 @@ static real sg_value_before(const SG(work) * w, int what, int k, real *rate) {
     return w->found.exists[k] ? w->segment.guard[k] : -w->segment.guard[k];
 }
 
-/* Root of an event function on the dense output between the shares a (value f_a > 0) and b (f_b <
-   0): the Illinois variant of regula falsi. */
-static void sg_find_root(SG(work) * w, const SG(params) * par, sg_happening *event, real a,
-                         real f_a, real b, real f_b) {
+/* Root of an event function on the dense output between two shares, its values there of opposite
+   sign: the Illinois variant of regula falsi. */
+static void sg_find_root(SG(work) * w, const SG(params) * par, sg_happening *event, real from,
+                         real f_from, real to, real f_to) {
+    real a = from;
+    real f_a = f_from;
+    real b = to;
+    real f_b = f_to;
     int side = 0;
     int round;
     real rate;
@@ -186,12 +190,14 @@ static void sg_find_root(SG(work) * w, const SG(params) * par, sg_happening *eve
     }
 }
 
-/* Share in (a, b) at which a gap that falls at a and rises at b is smallest; `*value` is the gap
+/* Share at which a gap that falls at `from` and rises at `to` is smallest; `*value` is the gap
    there. */
-static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, real a, real b,
+static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, real from, real to,
                                 real *value) {
     const int n = sg_contacts[k].normal;
-    real x = a;
+    real a = from;
+    real b = to;
+    real x = from;
     int round;
     *value = SG_HUGE;
     for (round = 0; round < SG_DIP_ROUNDS; ++round) {
@@ -210,18 +216,19 @@ static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, rea
     return x;
 }
 
-/* Event function of contact k between the shares a, looked at before, and b, where the step looks;
-   what is found comes into *event. Returns 0 if the modes do not fit: the function is negative from
-   the start. */
-static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * opt, real a, real b,
-                      sg_happening *event) {
+/* Event function of contact k between the share `from`, looked at before, and `to`, where the step
+   looks; what is found comes into *event. Returns 0 if the modes do not fit: the function is
+   negative from the start. */
+static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * opt, real from,
+                      real to, sg_happening *event) {
     const int what = event->what;
     const int k = event->contact;
     const real floor = sg_event_noise(w, opt, what, k);
     real rate_a, rate_b;
     real f_a = sg_value_before(w, what, k, &rate_a);
     real f_b = sg_event_value(w, what, k, &rate_b);
-    const real stop = b;
+    real a = from;
+    real b = to;
     const real f_start = f_b; /* where the step looks */
     int round;
     event->at = SG_C(2.0); /* beyond the end: none */
@@ -250,7 +257,7 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
         if (!w->segment.seen[k]) {
             /* a contact that opens, or a slip that begins, as gently as the truncation error:
                judged at the end of the segment */
-            return stop < SG_C(1.0) && f_start > -SG_DIP * sg_event_scale(w, what, k);
+            return to < SG_C(1.0) && f_start > -SG_DIP * sg_event_scale(w, what, k);
         }
         sg_find_root(w, par, event, a, f_a, b, f_b);
         return 1;
@@ -305,7 +312,8 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
         }
     }
     for (j = 1; j <= SG_SAMPLES && near && first->what == SG_NOTHING; ++j) {
-        const real a = (real)(j - 1) / (real)SG_SAMPLES;
+        const int last = j - 1;
+        const real a = (real)last / (real)SG_SAMPLES;
         const real b = (real)j / (real)SG_SAMPLES;
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             for (i = 0; i < 3; ++i) {

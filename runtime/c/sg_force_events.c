@@ -194,7 +194,8 @@ static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(optio
                 return SG_K(REJECTED); /* inputs may have changed: other modes from the start on */
             }
             if (first->what != SG_NOTHING) {
-                const real a = end * (real)(j - 1) / (real)SG_FORCE_SAMPLES;
+                const int last = j - 1;
+                const real a = end * (real)last / (real)SG_FORCE_SAMPLES;
                 const real now = sg_force_value(w, first->what, first->contact);
                 const int i = 2 * first->contact + (first->what == SG_SLIP_BEGINS);
                 first->slope = (now - before[i]) / (x - a);

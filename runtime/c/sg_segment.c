@@ -69,12 +69,13 @@ static void sg_guess(SG(work) * w, int problem, real h) {
     const sg_problem *pr = &sg_problems[problem];
     const real part = h / w->segment.h;
     const int stages = problem == SG_SEGMENT ? SG_N_DENSE : pr->n_x / SG_N_Q;
+    const int parts = stages > 1 ? stages - 1 : 1;
     int i, c;
     for (i = 0; i < pr->n_x; ++i) {
         int stage = i / SG_N_Q;
         real share;
         stage = stage < stages ? stage : stage - stages + 1; /* U^i behind V^i */
-        share = stages > 1 ? (real)stage / (real)(stages - 1) : SG_C(1.0);
+        share = stages > 1 ? (real)stage / (real)parts : SG_C(1.0);
         w->x[pr->x + i] = w->v[i % SG_N_Q];
         if (w->segment.known) {
             w->x[pr->x + i] += part * share * w->segment.acceleration[i % SG_N_Q];
