@@ -26,6 +26,35 @@ SOURCES = Path(__file__).parent / "c"
 thorough = pytest.mark.thorough
 
 
+def count(folder: Path, iteration: int, step: int, located: int) -> tuple[float, float, float]:
+    """Largest shares of the bounds for an iteration and for a step; most iterations."""
+    header = (folder / "m.h").read_text()
+    assert "typedef double m_real;" in header
+    (folder / "m.h").write_text(header.replace("typedef double m_real;", "typedef counted m_real;"))
+    for name in ("counted.hpp", "count_operations.cpp"):
+        shutil.copy(SOURCES / name, folder)
+    command = [compiler("g++"), "-O1", f"-DLOCATED={located}", "count_operations.cpp"]
+    subprocess.run([*command, "-o", "count", "-lm"], cwd=folder, check=True)
+    done = subprocess.run(
+        ["./count", str(iteration), str(step)], cwd=folder, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    of_iteration, of_step, most = (float(x) for x in done.stdout.split())
+    return of_iteration, of_step, most
+
+
+@thorough
+@pytest.mark.parametrize(("make", "stages"), [(slope.model, 3), (mixed_contacts, 2)])
+def test_bounds_of_located_steps_hold(
+    make: Callable[[], sg.Model], stages: int, tmp_path: Path
+) -> None:
+    folder = sg.generate(make(), tmp_path / "m", stages=stages, prefix="m", events="located")
+    stated = json.loads((folder / "manifest.json").read_text())["footprint"]
+    assert f"{stated['located']:,}" in (folder / "README.md").read_text()
+    _, of_step, _ = count(folder, stated["iteration"], stated["located"], 1)
+    assert 0 < of_step < 0.5
+
+
 @pytest.mark.parametrize(
     ("make", "stages"),
     [
@@ -45,17 +74,7 @@ def test_bounds_hold(make: Callable[[], sg.Model], stages: int, tmp_path: Path) 
     folder = sg.generate(make(), tmp_path / "m", stages=stages, prefix="m")
     stated = json.loads((folder / "manifest.json").read_text())["footprint"]
     assert f"{stated['step']:,}" in (folder / "README.md").read_text()
-    header = (folder / "m.h").read_text()
-    assert "typedef double m_real;" in header
-    (folder / "m.h").write_text(header.replace("typedef double m_real;", "typedef counted m_real;"))
-    for name in ("counted.hpp", "count_operations.cpp"):
-        shutil.copy(SOURCES / name, folder)
-    command = [compiler("g++"), "-O1", "count_operations.cpp", "-o", "count", "-lm"]
-    subprocess.run(command, cwd=folder, check=True)
-    done = subprocess.run(
-        ["./count", str(stated["iteration"]), str(stated["step"])],
-        cwd=folder, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    of_iteration, of_step, most = (float(x) for x in done.stdout.split())
+    assert stated["located"] == 0
+    of_iteration, of_step, most = count(folder, stated["iteration"], stated["step"], 0)
     assert 0 < of_step < of_iteration <= 1
     assert 2 <= most <= 200

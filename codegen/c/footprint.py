@@ -27,6 +27,8 @@ class Footprint:
     iteration, step : int
         Upper bounds for all operations of an iteration, whatever it has to do, and of a step of
         200 iterations without substeps.
+    located : int
+        The same for a step that is cut at its events; 0 where there are none.
     """
 
     state: int
@@ -42,6 +44,7 @@ class Footprint:
     products: int
     iteration: int
     step: int
+    located: int
 
 
 def struct_sizes(structs: tuple[Struct, ...], real: int) -> dict[str, int]:
@@ -73,6 +76,33 @@ def stack_bound(real: int, locals_: int, lines: int, start: int, n_contacts: int
 
 
 LOCATED_FLASH = 20_000  # code of the runtime for steps that are cut at their events
+
+# As in runtime/c/sg_real.h: problems that such a step may solve, and its iterations in units of the
+# most that a captured one may need; how often a segment is looked at anew; places of a segment,
+# evaluations to find one root, dip or positive place.
+_SOLVES, _EFFORT, _TURNS = 2048, 16, 4
+_PLACES, _SEARCH = 17, 40 + 24 + 20
+
+
+def located_bound(
+    step: int, iterations: int, iteration: int, start: int, look: int, n_contacts: int, events: int
+) -> int:
+    """Bound for the operations of a step that is cut at its events, without substeps.
+
+    Parameters
+    ----------
+    step : int
+        Bound of a captured step: the rest of the step may be taken so, and then all of it.
+    iterations, iteration : int
+        Most iterations of a captured step, operations of one.
+    start, look : int
+        Operations where a step begins, and of a look at gaps, slips and guards at one place.
+    n_contacts, events : int
+        Contacts; most events of a step.
+    """
+    solved = (_EFFORT + 1) * iterations * iteration + _SOLVES * (2 * iteration + 2 * start + look)
+    looks = _TURNS * (events + 1) * (_PLACES + 3 * n_contacts * _SEARCH)
+    return 2 * step + solved + looks * look
 
 
 def flash_bound(lines: int, operations: int, products: int) -> int:

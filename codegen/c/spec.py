@@ -10,6 +10,7 @@ from signorini.codegen.c.footprint import (
     Footprint,
     flash_bound,
     iteration_bound,
+    located_bound,
     stack_bound,
     struct_sizes,
 )
@@ -17,6 +18,7 @@ from signorini.codegen.c.functions import CFunction
 from signorini.codegen.c.layout import (
     CONTACT_STATES,
     EVENT_KINDS,
+    MAX_EVENTS,
     MAX_ITERATIONS,
     Sizes,
     Struct,
@@ -293,6 +295,9 @@ class EmitSpec:
         start = count(self.start)
         if n.n_key:
             start += operations["evaluate_terms"]
+        step = start + (MAX_ITERATIONS + len(self.problems)) * iteration
+        # positions and velocities on the dense output, then what the model says there
+        look = 8 * (self.stages + 2) * n.n_q + (count(self.watch))
         unrolled = [p.elimination for p in self.problems if p.unrolled]
         lines = sum(len(section.lines) for f in written for section in f.sections)
         lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
@@ -318,5 +323,10 @@ class EmitSpec:
             derivatives=sum(count(p.derivatives) for p in self.problems),
             products=sum(p.elimination.products for p in self.problems),
             iteration=iteration,
-            step=start + (MAX_ITERATIONS + len(self.problems)) * iteration,
+            step=step,
+            located=located_bound(
+                step, MAX_ITERATIONS, iteration, start, look, n.n_contacts, MAX_EVENTS
+            )
+            if self.located
+            else 0,
         )

@@ -32,6 +32,7 @@
 #undef SG_DIP
 #undef SG_DIP_ROUNDS
 #undef SG_DIRECTIONS
+#undef SG_EFFORT
 #undef SG_EPS
 #undef SG_EXTENDED
 #undef SG_FABS
@@ -89,6 +90,7 @@
 #undef SG_SECANT_ROUNDS
 #undef SG_SMALL
 #undef SG_SOFTNESS
+#undef SG_SOLVES
 #undef SG_SPATIAL
 #undef SG_SQRT
 #undef SG_STAGNATION

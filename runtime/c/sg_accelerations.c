@@ -71,6 +71,7 @@ static int sg_find_forces(SG(work) * w, const SG(params) * par, const SG(options
         w->smooth.pivoting = turn;
         w->newton.mode = SG_LATER_ATTEMPT;
         w->segment.held = 1;
+        ++w->segment.solves;
         sg_prox_parameters(w, opt, SG_ACCELERATIONS);
         status = sg_newton(w, par, opt, SG_ACCELERATIONS, SG_PLAIN, 0, &info->iterations, &measure);
         w->segment.held = 0;
@@ -178,6 +179,7 @@ static int sg_seek_modes(SG(work) * w, const SG(params) * par, const SG(options)
     sg_find_bounds(w, par);
     sg_say_sought(w);
     sg_say_shares(w, SG_C(1.0));
+    ++w->segment.solves;
     status = sg_solve(w, &w->trial, par, opt, info, SG_ACCELERATIONS, 0, SG_WHOLE,
                       info->iterations + sg_end_of(opt, SG_WHOLE));
     for (k = 0; k < SG_N_CONTACTS; ++k) {

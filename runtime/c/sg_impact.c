@@ -96,6 +96,7 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
             w->e_N[k] = SG_C(0.0);
         }
     }
+    ++w->segment.solves;
     status = sg_solve(w, &w->trial, par, opt, info, SG_IMPACT, 0, SG_WHOLE,
                       info->iterations + sg_end_of(opt, SG_WHOLE));
     if (status != SG_K(OK)) {

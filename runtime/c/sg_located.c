@@ -79,7 +79,8 @@ static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt,
         w->segment.span = SG_C(0.0);
         return status;
     }
-    for (round = 0; round < SG_LOCATE_ROUNDS && tau > SG_C(0.0); ++round) {
+    for (round = 0; round < SG_LOCATE_ROUNDS && tau > SG_C(0.0) && !sg_spent(w, opt, info);
+         ++round) {
         real value, rate, next;
         int status = sg_return(w, par);
         if (status == SG_K(OK)) {
@@ -210,7 +211,7 @@ static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt
     }
     sg_keep_start(w);
     sg_keep_sight(w);
-    for (turn = 0; turn < SG_ABSENT_TURNS; ++turn) {
+    for (turn = 0; turn < SG_ABSENT_TURNS && !sg_spent(w, opt, info); ++turn) {
         int what;
         status = sg_seek_end(w, par, opt, info, rest, event);
         what = event->what;
@@ -318,6 +319,7 @@ static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
     way.again = 0;
     w->segment.held = 0;
     w->segment.h = h;
+    w->segment.solves = 0;
     sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->segment.turned[k] = 0;
@@ -362,7 +364,8 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
                      const SG(options) * opt, real h) {
     sg_way way = sg_set_out(w, s, h);
     int events;
-    for (events = 0; way.done < h && events <= opt->max_events; ++events) {
+    for (events = 0; way.done < h && events <= opt->max_events && !sg_spent(w, opt, info);
+         ++events) {
         sg_happening event = sg_no_event();
         const int status = sg_go_on(w, s, par, opt, info, &way, &event);
         if (status == SG_K(OK)) {

@@ -10,6 +10,11 @@ enum { SG_SEGMENT = SG_N_CHAIN, SG_ACCELERATIONS, SG_IMPACT };
 /* 1 for the modes in which friction is at the boundary of its set. */
 static inline int sg_slips_in(int mode) { return mode == SG_K(SLIP) || mode == SG_K(SLIP_BACK); }
 
+/* 1 if the step has used what it may to be cut at its events. */
+static int sg_spent(const SG(work) * w, const SG(options) * opt, const SG(info) * info) {
+    return w->segment.solves >= SG_SOLVES || info->iterations / SG_EFFORT >= opt->max_iterations;
+}
+
 /* Contact k presses, or is a friction element that exists. */
 static inline int sg_holds(const SG(work) * w, int k) { return w->segment.mode[k] > SG_K(OPEN); }
 

@@ -109,6 +109,7 @@ static int sg_solve_held(SG(work) * w, const SG(params) * par, const SG(options)
     sg_say_modes(w, problem);
     sg_leave_off(w, problem);
     w->segment.held = 1;
+    ++w->segment.solves;
     status = sg_newton(w, par, opt, problem, SG_HOLDING, 0, &info->iterations, &measure);
     w->segment.held = 0;
     if (status == SG_K(OK)) {

@@ -7,6 +7,7 @@
 typedef struct {
     int held;                    /* whether contacts keep their modes in the iteration */
     int rubs;                    /* whether friction or velocity constraints act */
+    int solves;                  /* problems solved in the step so far */
     int known;                   /* whether accelerations at the segment's start are known */
     int prepared;                /* whether the step's start stands at the segment's start */
     int mode[SG_N_CONTACTS];     /* state of each contact in the segment */

@@ -1,5 +1,6 @@
 /* Operations of steps from hard starts of any model (prefix m) against the bounds that its manifest
-   states: prints the largest share of the bound for an iteration, and of that for a step. */
+   states: prints the largest share of the bound for an iteration, and of that for a step. With
+   LOCATED steps are cut at their events, and only the bound for a step is meant. */
 #include "counted.hpp"
 
 #include "m.c"
@@ -38,6 +39,9 @@ int main(int argc, char **argv) {
             q[i] += run % 4 == 0 ? 0.05 * uniform() : 0.0;
         }
         opt.max_halvings = run % 2 ? 4 : 0;
+#if LOCATED
+        opt.events = M_EVENTS_LOCATED;
+#endif
         m_set_state(&state, t, q, v);
         for (k = 0; k < 20; ++k) {
             int status;
