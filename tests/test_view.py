@@ -121,7 +121,7 @@ def test_a_film_lasts_some_seconds(duration: float) -> None:
 @given(st.integers(2, 400), st.floats(0.5, 200), st.floats(1e-3, 1e3), st.floats(-50, 50))
 def test_frames_show_what_has_happened(n: int, fps: float, speed: float, start: float) -> None:
     t = start + np.linspace(0, 1, n)
-    rows = frames(t, fps, speed)
+    _, rows = frames(t, fps, speed)
     assert 1 <= len(rows) <= 900
     assert rows[0] == 0
     assert np.all(np.diff(rows) >= 0)
@@ -383,6 +383,22 @@ def test_pages_in_a_browser(ball: sg.Trajectory, tmp_path: Path, width: int) -> 
         tab.wait_for_function(f"k !== {before}")
         browser.close()
     assert errors == []
+
+
+def test_between_coarse_rows_a_located_ball_flies_on_its_parabola(stepper: Build) -> None:
+    """Twenty rows, 241 frames: each shows the ball where it is at that time, the spot of an impact
+    is where and when it was."""
+    made = stepper(bouncing_ball.model, 3, events="located")
+    traj = made.simulate(t_end=2, dt=0.1, events="located", v0={"phi": 0}, parameters={"e_N": 1.0})
+    shown = motion(traj, fps=60)
+    assert len(shown.t) == 241
+    ball = next(x for x in shown.things if x.kind in ("round", "circle") and not x.rests)
+    fall = np.sqrt(2 * 0.9 / 9.81)
+    phase = np.abs((shown.t + fall) % (2 * fall) - fall)
+    np.testing.assert_allclose(ball.points[:, 0, 1], 1 - 9.81 / 2 * phase**2, atol=1e-12)
+    (mark,) = shown.marks
+    assert mark.place is not None and mark.hit.sum() == 2
+    np.testing.assert_allclose(mark.place[mark.hit, 1], 0, atol=1e-12)
 
 
 @pytest.mark.thorough

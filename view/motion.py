@@ -116,13 +116,20 @@ def pace(duration: float) -> float:
     return float(min(c for c in choices if c >= wanted * (1 - 1e-9)))
 
 
-def frames(t: np.ndarray, fps: float, speed: float) -> np.ndarray:
-    """Rows to show: for each frame the last one that is not behind its time."""
+def frames(t: np.ndarray, fps: float, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the frames, and rows to show: the last ones that are not behind them."""
     count = int(np.floor((t[-1] - t[0]) * fps / speed * (1 + 1e-12))) + 1
     count = max(1, min(count, _MOST))
     times = np.linspace(t[0], t[-1], count) if count > 1 else t[:1]
     rows = np.searchsorted(t, times + 1e-9 * (t[-1] - t[0]), side="right") - 1
-    return np.clip(rows, 0, len(t) - 1)
+    return times, np.clip(rows, 0, len(t) - 1)
+
+
+def _states(traj: Any, times: np.ndarray, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """What is shown: rows, or what is between them where steps were cut at their events."""
+    if traj.options.get("events") != "located":
+        return {"t": traj.t[rows], "q": traj.q[rows]}
+    return {"t": times, "q": traj(times)[0]}
 
 
 def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
@@ -144,15 +151,14 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
     """
     manifest = traj.stepper.manifest
     chosen = pace(float(traj.t[-1] - traj.t[0])) if speed is None else float(speed)
-    rows = frames(traj.t, fps, chosen)
+    times, rows = frames(traj.t, fps, chosen)
     if not manifest["shapes"]:
         raise ValueError(
             f"the model '{traj.model}' draws nothing: add m.shape(...) to it, or write it with "
             "signorini.bodies, whose bodies draw themselves. traj.plot() shows curves over time"
         )
-    places = traj.stepper.evaluate(
-        "shapes", t=traj.t[rows], q=traj.q[rows], parameters=traj.parameters
-    )
+    shown = _states(traj, times, rows)
+    places = traj.stepper.evaluate("shapes", **shown, parameters=traj.parameters)
     if not np.all(np.isfinite(places)):
         frame, point = (int(k) for k in np.argwhere(~np.isfinite(places))[0][:2])
         counts = np.cumsum([shape["points"] for shape in manifest["shapes"]])
@@ -160,13 +166,12 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
         of = f" of '{shape['name']}'" if shape["name"] else ""
         raise ValueError(
             f"model '{traj.model}': a {shape['kind']}{of} that is drawn has no place at "
-            f"t = {traj.t[rows[frame]]:g}: a coordinate of it is not finite. Correct the shape"
+            f"t = {shown['t'][frame]:g}: a coordinate of it is not finite. Correct the shape"
         )
     hits = {name: _impacts(traj, name) for name in traj.contacts}
     struck = np.unique(np.concatenate([np.zeros(0, dtype=int), *hits.values()]))
-    there = traj.stepper.evaluate(
-        "shapes", t=traj.t[struck], q=traj.q[struck], parameters=traj.parameters
-    )
+    hit = _states(traj, _hit_times(traj, struck), struck)
+    there = traj.stepper.evaluate("shapes", **hit, parameters=traj.parameters)
     things: list[Thing] = []
     contacts: dict[str, np.ndarray] = {}
     begins: dict[str, int] = {}
@@ -186,10 +191,10 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
             points = _along(points)
             rests = len(points) == 1
         things.append(Thing(shape["kind"], shape["name"], points[:1] if rests else points))
-    _add_slip_directions(traj, rows, contacts, begins)
+    _add_slip_directions(traj, shown, contacts, begins)
     marks = [_mark(traj, name, rows, hits[name], contacts.get(name)) for name in traj.contacts]
     title = manifest["doc"] or traj.model
-    return Motion(title, traj.t[rows], fps, chosen, things, marks)
+    return Motion(title, shown["t"], fps, chosen, things, marks)
 
 
 def _along(points: np.ndarray) -> np.ndarray:
@@ -207,7 +212,7 @@ def _along(points: np.ndarray) -> np.ndarray:
 
 
 def _add_slip_directions(
-    traj: Any, rows: np.ndarray, contacts: dict[str, np.ndarray], begins: dict[str, int]
+    traj: Any, shown: dict[str, np.ndarray], contacts: dict[str, np.ndarray], begins: dict[str, int]
 ) -> None:
     """Tips of the directions of slip where the model gives a place and a normal alone.
 
@@ -223,8 +228,8 @@ def _add_slip_directions(
     if not bare:
         return
     stepper = traj.stepper
-    q = traj.q[rows]
-    at = {"t": traj.t[rows], "parameters": traj.parameters}
+    q = shown["q"]
+    at = {"t": shown["t"], "parameters": traj.parameters}
     step = 1e-6 * max(1.0, float(np.abs(q).max()))
     slopes = []
     for k in range(q.shape[1]):
@@ -257,6 +262,16 @@ def _impacts(traj: Any, name: str) -> np.ndarray:
     times = np.array([e.t for e in traj.events if e.contact == name and e.kind == "impact"])
     found = np.searchsorted(traj.t, times - 1e-12 * np.abs(times))
     return np.unique(np.minimum(found, len(traj.t) - 1)).astype(int)
+
+
+def _hit_times(traj: Any, rows: np.ndarray) -> np.ndarray:
+    """When a row's last impact was; the row's own time where none is told."""
+    times = traj.t[rows].astype(float)
+    hits = np.array([e.t for e in traj.events if e.kind == "impact"])
+    for k, row in enumerate(rows):
+        within = hits[(hits <= traj.t[row]) & (hits > traj.t[max(row - 1, 0)])]
+        times[k] = within[-1] if within.size else times[k]
+    return times
 
 
 def _frames_of(rows: np.ndarray, of: np.ndarray) -> np.ndarray:
