@@ -30,6 +30,7 @@ def build(
     prefix: str | None = None,
     precision: str = "double",
     events: str = "captured",
+    derivatives: bool = False,
 ) -> Stepper:
     """Generate, compile and load a stepper of a model.
 
@@ -55,6 +56,9 @@ def build(
         "located" makes a stepper that can cut its steps at impacts and changes of stick and slip,
         so that the order 2 s - 2 holds through them; runs say which of both they want. Scheme
         "lobatto" alone has it. A stepper that was built without it makes it on first use.
+    derivatives : bool
+        Whether steps can be differentiated, see `Stepper.simulate`; they can be cut at their events
+        then, too. A stepper that was built without makes it on first use.
 
     Returns
     -------
@@ -70,17 +74,11 @@ def build(
         If there is no C compiler or it fails.
     """
     stepper = build_files(
-        _render(model, stages, scheme, velocity_constraints, prefix, precision, events)
+        _render(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives)
     )
-    stepper.locating = partial(
-        build,
-        model,
-        stages=stages,
-        scheme=scheme,
-        prefix=prefix,
-        precision=precision,
-        events="located",
-    )
+    again = partial(build, model, stages=stages, scheme=scheme, prefix=prefix, precision=precision)
+    stepper.locating = partial(again, events="located")
+    stepper.differentiating = partial(again, derivatives=True)
     return stepper
 
 
@@ -118,6 +116,7 @@ def generate(
     prefix: str | None = None,
     precision: str = "double",
     events: str = "captured",
+    derivatives: bool = False,
     target: str = "c",
 ) -> Path:
     """Write the C stepper of a model into a folder, all files or none.
@@ -128,7 +127,7 @@ def generate(
         The model.
     out_dir : path
         Folder to write; an earlier generation in it is replaced.
-    stages, scheme, velocity_constraints, prefix, precision, events
+    stages, scheme, velocity_constraints, prefix, precision, events, derivatives
         As for `build`.
     target : {"c", "numpy"}
         "numpy" writes the model's functions, without a scheme, as the module
@@ -150,7 +149,10 @@ def generate(
     if target != "c":
         raise GenerationError(f"target {target!r} is unknown; choose c or numpy")
     return emit.write(
-        _render(model, stages, scheme, velocity_constraints, prefix, precision, events), out_dir
+        _render(
+            model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives
+        ),
+        out_dir,
     )
 
 
@@ -270,6 +272,7 @@ def _render(
     prefix: str | None,
     precision: str,
     events: str,
+    derivatives: bool = False,
 ) -> dict[str, str]:
     spec = emit_spec(
         freeze(model),
@@ -279,5 +282,6 @@ def _render(
         prefix=prefix,
         precision=precision,
         events=events,
+        derivatives=derivatives,
     )
     return emit.render(spec)

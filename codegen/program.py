@@ -35,7 +35,7 @@ COEFFICIENTS = (
     ("e_F", "tangential restitution"),
 )
 
-WORK, STATE, CALLER, ARGUMENT = "work", "state", "caller", "argument"
+WORK, STATE, CALLER, ARGUMENT, FORWARD = "work", "state", "caller", "argument", "forward"
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Ref:
         Name of the array, or of the single number if there is no `index`.
     index : int or None
         Place in the array.
-    owner : {"work", "state", "caller", "argument"}
+    owner : {"work", "state", "caller", "argument", "forward"}
         Whose array it is: scratch of the step, the state that survives it, a buffer of the caller,
-        or an argument of the function that reads it.
+        an argument of the function that reads it, or changes of the scratch along a direction.
     field : tuple (name, index) or ()
         Function and entry where the array holds the results of a `Point`.
     """
@@ -72,14 +72,17 @@ class Place:
 
 @dataclass(frozen=True)
 class Time:
-    """The time t_n + c h."""
+    """The time t_n + c h, or its change along a direction."""
 
     c: float
+    owner: str = WORK
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The parameters of the model, as an argument."""
+    """The parameters of the model, as an argument, or their change along a direction."""
+
+    owner: str = WORK
 
 
 class Memory:
@@ -312,13 +315,40 @@ class Located:
 
 
 @dataclass(frozen=True, eq=False)
+class Forward:
+    """Changes of a step along a direction; see forward.py.
+
+    Attributes
+    ----------
+    seeds : dict from name to SX
+        Symbols for the changes of the arguments of points.
+    points : tuple of Point
+        Changes of the fields of points.
+    start, watch : tuple of Evaluate or Assembly
+        Of what is known at the start of a step, and of gaps, velocities and guards.
+    values : tuple of tuples of Evaluate or Assembly
+        Of the rows of each problem.
+    finish, finish_segment : Assembly
+        Of the end.
+    """
+
+    seeds: dict[str, ca.SX]
+    points: tuple[Point, ...]
+    start: tuple[Evaluate | Assembly, ...]
+    values: tuple[tuple[Evaluate | Assembly, ...], ...]
+    watch: tuple[Evaluate | Assembly, ...]
+    finish: Assembly
+    finish_segment: Assembly
+
+
+@dataclass(frozen=True, eq=False)
 class Scheme:
     """A scheme for one model.
 
     `memory` says what the symbols of its assemblies stand for.
     `terms` stand in the array terms. If the scheme `recalls`, these are of the stages 2 ... s,
     those of the last hold at the end, and those of the first are part of the state before `start`.
-    `located` is there if steps can be cut at their events.
+    `located` is there if steps can be cut at their events, `forward` if they are differentiated.
     `stable_phase` is the smallest h omega at which a linear oscillation of frequency omega grows.
     `guarded` tells which contacts exist only while their entry of the array guard is >= 0 at the
     start of a step; by default those with a guard in the model.
@@ -341,6 +371,7 @@ class Scheme:
     guarded: tuple[bool, ...] | None = None
     stable_phase: float = 2.0
     located: Located | None = None
+    forward: Forward | None = None
 
 
 def evaluate(

@@ -121,6 +121,9 @@ class Library:
             ),
         }
         kinds = {"t": real, "par": s["params"]}
+        if self.manifest["derivatives"]:
+            step = signatures["step"]
+            signatures["step_forward"] = (step[0], [*step[1], pointer(self.structs["directions"])])
         for name, function in self.manifest["functions"].items():
             arguments = [kinds.get(a, array) for a in function["arguments"]]
             signatures[name] = (None, [*arguments, array])

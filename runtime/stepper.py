@@ -1,7 +1,7 @@
 """A loaded stepper: steps, whole runs, model functions, residuals."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from signorini.runtime.arguments import as_path, grid, number, reals
 from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
+from signorini.runtime.derivatives import check_derivatives, differentiate
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
 from signorini.runtime.options import DEFAULTS, RunOptions
@@ -59,6 +60,9 @@ class Stepper(Compiled):
         # makes the same stepper with located events; `signorini.build` says how
         self.locating: Callable[[], Stepper] | None = None
         self._locating: Stepper | None = None
+        # the same with derivatives
+        self.differentiating: Callable[[], Stepper] | None = None
+        self._differentiating: Stepper | None = None
 
     def fitting(self, options: RunOptions) -> "Stepper":
         """The stepper that has what the options ask for: this one, or one made on first use."""
@@ -78,6 +82,19 @@ class Stepper(Compiled):
                 )
             self._locating = self.locating()
         return self._locating
+
+    def differentiable(self) -> "Stepper":
+        """The stepper that can differentiate its steps: this one, or one made on first use."""
+        if self.manifest["derivatives"]:
+            return self
+        if self._differentiating is None:
+            if self.differentiating is None:
+                raise RunError(
+                    f"the stepper of '{self.name}' was generated without derivatives: generate it "
+                    "again with derivatives=True (signorini generate --derivatives)"
+                )
+            self._differentiating = self.differentiating()
+        return self._differentiating
 
     def __repr__(self) -> str:
         m, n = self.manifest, self.sizes
@@ -127,6 +144,8 @@ class Stepper(Compiled):
         max_iterations: int | None = None,
         events: str = DEFAULTS.events,
         max_events: int | None = None,
+        derivatives: str | None = None,
+        of: Sequence[str] = ("q0", "v0", "parameters"),
         progress: Callable[[int, int], None] | None = None,
     ) -> Trajectory:
         """Run from the initial state to `t_end` in steps of `dt`.
@@ -171,6 +190,15 @@ class Stepper(Compiled):
         max_events : int
             Events of one located step, at most 64 and by default so many; with more of them the
             rest of the step is captured.
+        derivatives : {"forward"}, optional
+            Differentiate the run, which needs ``events="located"``: ``traj.dq["v0"]`` of shape
+            (n+1, n_q, n_q), ``traj.dv["parameters"]``, ... are exact derivatives of the steps
+            through impacts and changes of stick and slip. `Trajectory.differentiable` is True, or
+            lists the events that have no derivative; behind the first of them derivatives are NaN.
+            So are those along directions that leave the constraints of the start.
+        of : sequence of str
+            With respect to what: among "q0", "v0", "parameters", "inputs" (all held inputs moved
+            alike), "t0", "dt".
         progress : callable (done, total)
             Called now and then.
 
@@ -199,9 +227,13 @@ class Stepper(Compiled):
         if progress is not None and not callable(progress):
             raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self.inputs_of(inputs, n_steps)
-        stepper = self.fitting(options)
+        wanted = check_derivatives(self, derivatives, of, options, asked is not None)
+        stepper = self.differentiable() if wanted else self.fitting(options)
         run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
-        return run.go(u, asked, progress)
+        traj = run.go(u, asked, progress)
+        if wanted:
+            differentiate(traj, (t, q, v), u, h, every, options, wanted)
+        return traj
 
     def start(
         self,

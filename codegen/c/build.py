@@ -20,10 +20,11 @@ from signorini.codegen.c.layout import (
 from signorini.codegen.c.manifest import manifest_hash
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
-from signorini.codegen.c.spec import ContactRow, EmitSpec, ProblemSpec, Step
+from signorini.codegen.c.spec import ContactRow, EmitSpec, ForwardSpec, ProblemSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
 from signorini.codegen.derive.public import PUBLIC
 from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.frontend.names import FILES, HEADERS
@@ -34,12 +35,15 @@ from signorini.version import __version__
 RUNTIME = ("sg_simulate.c", "sg_cell.c")
 # The same where steps can be cut at their events.
 LOCATED = ("sg_simulate.c", "sg_located.c", "sg_cell.c")
+# The same where steps are differentiated, too.
+FORWARD = ("sg_simulate.c", "sg_forward.c", "sg_cell.c")
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
-# Printed into the header, with the sizes of the model; the second where steps can be cut.
-SCRATCH = ("sg_work.h", "sg_segment.h")
+# Printed into the header, with the sizes of the model; the second where steps can be cut, the third
+# where they are differentiated.
+SCRATCH = ("sg_work.h", "sg_segment.h", "sg_forward.h")
 
 _INCLUDE = re.compile(r'#include "(sg_\w+\.[ch])"\n')
 
@@ -83,6 +87,7 @@ def emit_spec(
     prefix: str | None = None,
     precision: str = "double",
     events: str = "captured",
+    derivatives: bool = False,
 ) -> EmitSpec:
     """Derive everything that is emitted for a model.
 
@@ -102,12 +107,20 @@ def emit_spec(
         Real type of the generated code.
     events : {"captured", "located"}
         Whether steps can be cut at their events, see `build`.
+    derivatives : bool
+        Whether steps can be differentiated; they can be cut at their events then, too.
 
     Raises
     ------
     GenerationError
         For options out of range.
     """
+    if derivatives:
+        events = "located"
+        if not data.contacts:
+            raise GenerationError(
+                f"model '{data.name}' has no contacts: derivatives of its steps are not there yet"
+            )
     try:
         schemes.find(scheme, "paper", events)
     except ValueError as error:
@@ -163,6 +176,7 @@ def emit_spec(
         registered, value = schemes.find(scheme, form, used)
         number = int(stages) if isinstance(stages, np.integer) else stages
         plan = registered.make(d, number, value)
+        plan = with_forward(d, plan) if derivatives else plan
     except ValueError as error:
         raise GenerationError(str(error)) from None
     return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()
@@ -189,9 +203,10 @@ class _Builder:
         self.plan = plan
         self.prefix = prefix
         self.precision = precision
-        self.writer = FunctionWriter(d, prefix, precision, plan.memory)
+        seeds = plan.forward.seeds if plan.forward else {}
+        self.writer = FunctionWriter(d, prefix, precision, plan.memory, seeds)
         self.sizes = sizes(data, plan)
-        files = SCRATCH if plan.located else SCRATCH[:1]
+        files = SCRATCH[: 1 + bool(plan.located) + bool(plan.forward)]
         own = tuple(s for name in files for s in scratch(runtime_file(name), self.sizes, name))
         self.structs = structs(data, plan, self.sizes, own)
         self.helpers: list[CFunction] = []
@@ -208,7 +223,8 @@ class _Builder:
         if self.sizes.n_key:
             equation = "what the terms depend on"
             self.helpers.append(self.writer.of_place("key", plan.terms.key, equation))
-        for point in plan.points:
+        further = plan.forward.points if plan.forward else ()
+        for point in (*plan.points, *further):
             if point.name in self.known_points:
                 self.helpers.append(self.writer.point_function(point))
         start = self.steps(plan.start)
@@ -234,7 +250,7 @@ class _Builder:
             if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
         located = plan.located
-        files = runtime_order(LOCATED if located else RUNTIME)
+        files = runtime_order(FORWARD if plan.forward else LOCATED if located else RUNTIME)
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -287,12 +303,13 @@ class _Builder:
             record=record,
             watch=watch,
             finish_segment=self.writer.assembly(located.finish, (_WORK,)) if located else None,
+            forward=self._forward(),
             polynomials=self._polynomials(),
             types=runtime_source(files[:behind]),
             runtime=runtime_source(files[behind:]),
             model_runtime=runtime_source(runtime_order(MODEL_RUNTIME)),
             runtime_hash=hashlib.sha256(
-                "".join(map(runtime_file, runtime_order((*LOCATED, *MODEL_RUNTIME)))).encode()
+                "".join(map(runtime_file, runtime_order((*FORWARD, *MODEL_RUNTIME)))).encode()
             ).hexdigest(),
             model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
@@ -300,6 +317,26 @@ class _Builder:
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
         return replace(spec, manifest_hash=manifest_hash(spec))
+
+    def _forward(self) -> ForwardSpec | None:
+        """What differentiates a step."""
+        forward = self.plan.forward
+        if forward is None:
+            return None
+        first = len(self.helpers)
+        steps = (
+            self.steps(forward.start),
+            tuple(self.steps(values) for values in forward.values),
+            self.steps(forward.watch),
+        )
+        helpers = tuple(self.helpers[first:])
+        del self.helpers[first:]
+        return ForwardSpec(
+            *steps,
+            helpers,
+            self.writer.assembly(forward.finish, (_WORK,)),
+            self.writer.assembly(forward.finish_segment, (_WORK,)),
+        )
 
     def _polynomials(self) -> tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]:
         """Coefficients of the dense output by the names that they have in C."""

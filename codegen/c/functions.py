@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import casadi as ca
@@ -114,9 +114,18 @@ class FunctionWriter:
         Real type.
     memory : Memory
         What the symbols of the scheme stand for.
+    seeds : mapping from name to SX
+        Symbols for changes of arguments, where the scheme is differentiated.
     """
 
-    def __init__(self, d: Derivation, prefix: str, precision: Precision, memory: Memory) -> None:
+    def __init__(
+        self,
+        d: Derivation,
+        prefix: str,
+        precision: Precision,
+        memory: Memory,
+        seeds: Mapping[str, ca.SX],
+    ) -> None:
         self.d = d
         self.memory = memory
         self.prefix = prefix
@@ -125,7 +134,9 @@ class FunctionWriter:
         data = d.data
         self._tables = {t.function: f"{prefix}_{name}" for name, t in data.tables}
         self._aliases: dict[int, tuple[str, str, str]] = {}
-        used = set(_LOCAL)
+        self._changes = tuple(f"d{name}" for name in seeds)
+        self._local = _LOCAL | set(self._changes)
+        used = set(self._local)
         groups: tuple[tuple[str, ca.SX, str], ...] = (
             ("q", data.q, "q[{k}]"),
             ("v", data.v, "v[{k}]"),
@@ -149,6 +160,12 @@ class FunctionWriter:
         self._plain = {data.t.element_hash(): ("t", "t"), d.h.element_hash(): ("h", "h")}
         for k in range(d.R.numel()):
             self._plain[d.R[k].element_hash()] = ("R", f"R[{k}]")
+        for name, seed in seeds.items():
+            for k in range(seed.numel()):
+                source = f"d{name}" if name in ("t", "h") else f"d{name}[{k}]"
+                if name == "par":
+                    source = f"dpar->{data.par[k].name()}"
+                self._plain[seed[k].element_hash()] = (f"d{name}", source)
 
     def name_terms(self, terms: ca.SX) -> None:
         """Names under which functions read the terms of a place, from what they are."""
@@ -330,7 +347,7 @@ class FunctionWriter:
             tuple(parameters),
             blocks,
             names,
-            set(_LOCAL),
+            set(self._local),
             (),
             (),
             (),
@@ -366,6 +383,7 @@ class FunctionWriter:
             "par": CParameter("par", struct="params"),
             "at": CParameter("at", struct=at),
         }
+        declared |= {f"d{key}": replace(p, name=f"d{key}") for key, p in declared.items()}
         operations = Operations([v for b in blocks for v in b.values], known)
         symbols = {s.element_hash(): s for s in operations.used()}
         names: dict[int, str] = {}
@@ -399,7 +417,7 @@ class FunctionWriter:
         if outside:
             raise AssertionError(f"{name} depends on {sorted(outside)}")
         unused = tuple(a for a in arguments if a not in used)
-        taken = {*_LOCAL, *self._terms, *(local for _, local, _ in self._aliases.values())}
+        taken = {*self._local, *self._terms, *(local for _, local, _ in self._aliases.values())}
         parameters = (*(declared[a] for a in arguments), *out)
         return self._finish(
             name,

@@ -95,6 +95,7 @@ class Sizes:
     n_rows_kept: int
     n_dense: int
     n_events: int
+    n_ways: int
     spatial: bool
 
 
@@ -145,6 +146,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_rows_kept=sum(p.n_slots for p in kept) * n_R,
         n_dense=scheme.stages if located else 0,
         n_events=MAX_EVENTS if located else 0,
+        # start, parameters, inputs, times of start and end; and the length of a segment
+        n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 3 if scheme.forward else 0,
         spatial=spatial,
     )
 
@@ -274,7 +277,7 @@ def structs(
                 if point.stored(name)
             ),
         )
-        for point in scheme.points
+        for point in (*scheme.points, *(scheme.forward.points if scheme.forward else ()))
         if any(point.stored(name) for name in point.fields)
     )
     consistency = (
@@ -296,10 +299,32 @@ def structs(
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),
         *scratch,
+        *(_forward(scheme, n, points) if scheme.forward else ()),
         Struct(
             "work",
             "Scratch of one step; nothing survives in it.",
             _work(scheme, n, points, scratch),
+        ),
+    )
+
+
+def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Struct, ...]:
+    """Changes of the scratch along a direction: arrays of the same names."""
+    known = {p.name for p in points}
+    own = ("t", "h", "q", "v", "u", "p", "guard", "Q", "q_end", "v_end", "P", "R_stage", "x", "R")
+    own += ("r", "y", "radius", *(name for name, _ in COEFFICIENTS))
+    looks = {f.name for f in _looks(scheme, n)}
+    fields = [f for f in _work(scheme, n, (), ()) if f.name in own or f.name in looks]
+    places = tuple(
+        Field(place, f"{point}_forward", (count,) if count else ())
+        for point, place, count in scheme.places
+        if f"{point}_forward" in known
+    )
+    return (
+        Struct(
+            "forward",
+            "How the scratch of a step changes along one direction.",
+            (*fields, Field("par", "params", (), "parameters"), *places),
         ),
     )
 
@@ -381,4 +406,9 @@ def _work(
         Field("C", "real", (n.n_C,), "dy/dx by rows"),
         Field("C_radius", "real", (n.n_C_radius,), "d(radius)/dx by rows"),
         *(Field(s.name, s.name, (), s.doc) for s in scratch),
+        *(
+            (Field("forward", "forward", (), "its change along a direction"),)
+            if scheme.forward
+            else ()
+        ),
     )

@@ -31,6 +31,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "stages": spec.stages,
         "velocity_constraints": spec.velocity_constraints,
         "events": spec.events,
+        "derivatives": spec.forward is not None,
         "precision": spec.precision.name,
         "explicit_time": spec.explicit_time,
         "stable_phase": spec.stable_phase,

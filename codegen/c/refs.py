@@ -7,6 +7,7 @@ from signorini.codegen.c.printer import Precision
 from signorini.codegen.program import (
     ARGUMENT,
     CALLER,
+    FORWARD,
     STATE,
     WORK,
     Argument,
@@ -17,7 +18,7 @@ from signorini.codegen.program import (
 )
 
 # How the arrays of each owner are reached; a buffer of the caller has a name of its own.
-_OWNERS = {WORK: "w->", STATE: "w->trial.", CALLER: "", ARGUMENT: ""}
+_OWNERS = {WORK: "w->", STATE: "w->trial.", CALLER: "", ARGUMENT: "", FORWARD: "w->forward."}
 
 
 def lvalue(ref: Ref) -> str:
@@ -55,11 +56,12 @@ def base(name: str, owner: str) -> str:
 def argument(value: Argument, precision: Precision) -> str:
     """What is handed to an evaluating function: a pointer, a number or the parameters."""
     if isinstance(value, Parameters):
-        return "par"
+        return "par" if value.owner == WORK else f"&{_OWNERS[value.owner]}par"
     if isinstance(value, Time):
+        t, h = (f"{_OWNERS[value.owner]}{name}" for name in "th")
         if value.c == 0:
-            return "w->t"
-        return "w->t + w->h" if value.c == 1 else f"w->t + {precision.number(value.c)} * w->h"
+            return t
+        return f"{t} + {h}" if value.c == 1 else f"{t} + {precision.number(value.c)} * {h}"
     if isinstance(value, Place):
         index = "" if value.index is None else f"[{value.index}]"
         return f"&{_OWNERS[value.owner]}{value.name}{index}"

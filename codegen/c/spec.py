@@ -33,7 +33,7 @@ _MODEL_MACROS = (
 )
 _TEMPLATE_MACROS = (
     *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY"),
-    *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED"),
+    *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED", "SG_DERIVATIVES"),
 )
 
 
@@ -110,6 +110,18 @@ def _spelled(names: list[tuple[str, int]]) -> tuple[tuple[str, int], ...]:
 
 
 @dataclass(frozen=True)
+class ForwardSpec:
+    """Changes of a step along a direction: calls, problem by problem, and what they call."""
+
+    start: tuple[Step, ...]
+    values: tuple[tuple[Step, ...], ...]
+    watch: tuple[Step, ...]
+    helpers: tuple[CFunction, ...]
+    finish: CFunction
+    finish_segment: CFunction
+
+
+@dataclass(frozen=True)
 class EmitSpec:
     """Everything the templates see."""
 
@@ -157,6 +169,7 @@ class EmitSpec:
     record: CFunction
     watch: tuple[Step, ...]
     finish_segment: CFunction | None
+    forward: ForwardSpec | None
     polynomials: tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]
     types: str
     runtime: str

@@ -61,6 +61,14 @@ static real SG(energy_at)(real t, const real q[], const real v[], const SG(param
 static void SG(watch)(SG(work) * w, const SG(params) * par);
 static void SG(finish_segment)(SG(work) * w);
 #endif
+#if SG_DERIVATIVES
+static void SG(change_parameters)(SG(work) * w, const real change[]);
+static void SG(start_forward)(SG(work) * w, const SG(params) * par);
+static void SG(values_forward)(SG(work) * w, const SG(params) * par, int problem);
+static void SG(watch_forward)(SG(work) * w, const SG(params) * par);
+static void SG(finish_forward)(SG(work) * w);
+static void SG(finish_segment_forward)(SG(work) * w);
+#endif
 
 #if SG_N_KEY > 0
 static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);

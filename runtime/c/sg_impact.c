@@ -4,6 +4,15 @@
 
 /* What happens at one place: impacts, then the modes in which the step goes on. */
 
+#if SG_DERIVATIVES
+/* How velocities behind an impact, and forces at a place, change along directions (sg_forward.c).
+ */
+static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              int rests);
+static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                             SG(info) * info);
+#endif
+
 /* Note an event of a located step. */
 static void sg_tell(SG(info) * info, real t, int k, int kind, real energy, const real P[]) {
     const sg_contact *contact = &sg_contacts[k];
@@ -89,10 +98,12 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
     const real before = SG(energy_at)(t, w->trial.q, w->trial.v, par);
     const real *P = &w->R[pr->R];
     real energy;
+    int rests = 0;
     int status, k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->found.active[k] = w->segment.touching[k];
         if (sg_strikes(w, k) && t - w->trial.t_impact[k] < SG_REST * w->segment.h) {
+            rests = rests || w->e_N[k] > SG_C(0.0);
             w->e_N[k] = SG_C(0.0);
         }
     }
@@ -102,6 +113,13 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
     if (status != SG_K(OK)) {
         return status;
     }
+#if SG_DERIVATIVES
+    if (w->directions.moves) {
+        sg_forward_impact(w, par, opt, rests);
+    }
+#else
+    (void)rests;
+#endif
     sg_copy(SG_N_Q, &w->x[pr->x], w->trial.v);
     energy = SG(energy_at)(t, w->trial.q, w->trial.v, par) - before;
     for (k = 0; k < SG_N_R; ++k) {
@@ -232,5 +250,10 @@ static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * op
     if (status == SG_K(OK)) {
         status = sg_choose_modes(w, par, opt, info, struck ? -1 : but, struck || sought);
     }
+#if SG_DERIVATIVES
+    if (status == SG_K(OK) && w->directions.moves) {
+        sg_forward_place(w, par, opt, info);
+    }
+#endif
     return status;
 }

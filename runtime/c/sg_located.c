@@ -6,6 +6,12 @@
    lies between is smooth. Where that cannot be decided, the rest of the step or all of it is taken
    as if nothing had been looked for. */
 
+#if SG_DERIVATIVES
+/* How the end of a segment changes along directions (sg_forward.c). */
+static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                               SG(info) * info, const sg_happening *event);
+#endif
+
 /* What an event does to its contact before modes are chosen; -1 if they are to be sought. */
 static int sg_impose(SG(work) * w, const sg_happening *event) {
     const int k = event->contact;
@@ -340,13 +346,20 @@ static int sg_go_on(SG(work) * w, const SG(state) * s, const SG(params) * par,
 }
 
 /* The segment is accepted: take it over, and what its event does. */
-static void sg_accept(SG(work) * w, const SG(params) * par, SG(info) * info, sg_way *way,
-                      const sg_happening *event, int whole) {
+static void sg_accept(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                      SG(info) * info, sg_way *way, const sg_happening *event, int whole) {
     const real h = w->segment.h;
     const real least = SG_C(64.0) * SG_EPS * (SG_FABS(w->segment.t) + h);
     const int ends = event->what == SG_NOTHING;
     int k;
     sg_tell_changes(w, info);
+#if SG_DERIVATIVES
+    if (w->directions.moves) {
+        sg_forward_segment(w, par, opt, info, event);
+    }
+#else
+    (void)opt;
+#endif
     if (ends || w->segment.span > SG_C(0.0)) {
         sg_take_segment(w, par, info, whole && ends);
     }
@@ -369,7 +382,7 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
         sg_happening event = sg_no_event();
         const int status = sg_go_on(w, s, par, opt, info, &way, &event);
         if (status == SG_K(OK)) {
-            sg_accept(w, par, info, &way, &event, events == 0);
+            sg_accept(w, par, opt, info, &way, &event, events == 0);
         } else if (status == SG_K(BAD_ARGUMENT)) {
             sg_reset_info(info);
             return status;

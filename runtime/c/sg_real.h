@@ -135,6 +135,7 @@ typedef SG(real) real;
 #define SG_CLEAR_FRICTION SG_C(0.875)
 #define SG_CLEAR_GROWTH SG_C(2.0)
 #define SG_REST SG_C(0.01)
+#define SG_STEEP SG_C(0.0001220703125) /* slowest approach that has a derivative, of its scale */
 #define SG_SOLVES 2048 /* problems that a step may solve, and its iterations in units of */
 #define SG_EFFORT 16   /* options.max_iterations, before it is captured */
 #define SG_DIP SG_C(0.0009765625) /* share of the way that truncation may take from a gap */

@@ -93,8 +93,8 @@ static void sg_tick(SG(work) * w, const SG(state) * s, real h) {
     w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
 }
 
-int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
-             const SG(options) * opt, const real u[], real h) {
+static int sg_take_step(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
+                        const SG(options) * opt, const real u[], real h) {
     int j, status;
     if (!sg_may_step(s, w, info, par, opt, u, h)) {
         if (info != NULL) {
@@ -131,4 +131,14 @@ int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * pa
                    : info->rescues > 0 ? SG_K(OK_RESCUED)
                                        : SG_K(OK);
     return info->status;
+}
+
+int SG(step)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
+             const SG(options) * opt, const real u[], real h) {
+#if SG_DERIVATIVES
+    if (w != NULL) {
+        w->directions.moves = 0;
+    }
+#endif
+    return sg_take_step(s, w, info, par, opt, u, h);
 }

@@ -1,0 +1,174 @@
+"""Derivatives of a run: its steps once more, with directions that they carry along."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from signorini.runtime.compiled import SUCCESS, Compiled
+from signorini.runtime.errors import RunError
+from signorini.runtime.options import RunOptions
+
+_OF = ("q0", "v0", "parameters", "inputs", "t0", "dt")
+# In the order of the numbers that C gives.
+_REASONS = (
+    "",
+    "the step, or its rest, was captured",
+    "the contact closes too slowly: its time is too sensitive",
+    "two events at one time: which comes first decides",
+    "the contact was brought to rest after an accumulation of impacts",
+    "a percussion or a direction of slip is where its law has a corner",
+    "a linear system is singular",
+)
+
+
+@dataclass(frozen=True)
+class NotDifferentiable:
+    """An event that has no derivative.
+
+    Attributes
+    ----------
+    t : float
+        Its time, or the start of its segment [s].
+    contact : str
+        The contact, "" if it is none's.
+    why : str
+        The reason.
+    """
+
+    t: float
+    contact: str
+    why: str
+
+
+def check_derivatives(
+    stepper: Compiled, kind: str | None, of: Sequence[str], options: RunOptions, asked: bool
+) -> tuple[str, ...]:
+    """With respect to what a run is to be differentiated; nothing if it is not.
+
+    Raises
+    ------
+    RunError
+        If that is not possible.
+    """
+    if kind is None:
+        return ()
+    if kind != "forward":
+        raise RunError(f'derivatives = {kind!r}: choose "forward"')
+    chosen = (of,) if isinstance(of, str) else tuple(of)
+    for name in chosen:
+        if name not in _OF:
+            raise RunError(f"of = {name!r}: choose among {', '.join(_OF)}")
+    if not chosen:
+        raise RunError(f"of is empty: choose among {', '.join(_OF)}")
+    if options.events != "located":
+        raise RunError(
+            'derivatives need events="located": the map of captured steps is a staircase wherever '
+            "there is an impact, and its derivative not that of the motion"
+        )
+    if asked:
+        raise RunError(
+            "derivatives need inputs that are given as an array: a function of the state has a "
+            "derivative of its own"
+        )
+    return chosen
+
+
+def differentiate(
+    traj: Any,
+    start: tuple[float, np.ndarray, np.ndarray],
+    u: np.ndarray,
+    h: float,
+    every: int,
+    options: RunOptions,
+    of: tuple[str, ...],
+) -> None:
+    """Give a trajectory its derivatives ``dq``, ``dv`` and ``differentiable``."""
+    walk = _Walk(traj.stepper, traj.parameters, options, start, of)
+    rows = len(traj.t)
+    changes = {name: np.full((2, rows, *shape), np.nan) for name, shape in walk.shapes.items()}
+    walk.store(changes, 0)
+    for k in range(traj.steps):
+        walk.step(u[k] if u.size else u, h)
+        if (k + 1) % every == 0 or k + 1 == traj.steps:
+            walk.store(changes, k // every + 1)
+    traj.dq = {name: change[0] for name, change in changes.items()}
+    traj.dv = {name: change[1] for name, change in changes.items()}
+    traj.differentiable = walk.found or True
+
+
+class _Walk:
+    """A state and its changes, step by step."""
+
+    def __init__(
+        self,
+        stepper: Compiled,
+        par: dict[str, float],
+        options: RunOptions,
+        start: tuple[float, np.ndarray, np.ndarray],
+        of: tuple[str, ...],
+    ) -> None:
+        lib = stepper.library
+        self.stepper, self.lib = stepper, lib
+        n, n_q = stepper.sizes, stepper.sizes["n_q"]
+        self.state, self.work, self.info = (lib.structs[x]() for x in ("state", "work", "info"))
+        self.params, self.options = stepper.c_params(par), stepper.c_options(options)
+        t, q, v = start
+        lib.call["init"](
+            self.state, self.params, self.options, t,
+            *(lib.pointer(lib.array(x)) for x in (q, v)),
+        )  # fmt: skip
+        counts = {
+            "q0": n_q, "v0": n_q, "parameters": n["n_par"], "inputs": n["n_u"], "t0": 1, "dt": 1,
+        }  # fmt: skip
+        self.shapes = {name: (n_q, counts[name]) for name in of}
+        self.directions = d = lib.structs["directions"]()
+        d.count, d.fresh = sum(counts[name] for name in of), 1
+        fields = {"q0": "q", "v0": "v", "parameters": "par", "inputs": "u", "t0": "t", "dt": "h"}
+        first = 0
+        for name in of:
+            seeds = lib.view(getattr(d, fields[name]))
+            for k in range(counts[name]):
+                seeds[(first + k) * counts[name] + k] = 1
+            if name == "t0":
+                lib.view(d.grid)[first] = 1
+            first += counts[name]
+        self.found: list[NotDifferentiable] = []
+        self.lost = False
+
+    def step(self, u: np.ndarray, h: float) -> None:
+        d = self.directions
+        inputs = self.lib.array(u)
+        status = self.lib.call["step_forward"](
+            self.state, self.work, self.info, self.params, self.options,
+            self.lib.pointer(inputs) if inputs.size else None, h, d,
+        )  # fmt: skip
+        if status > SUCCESS:
+            raise RunError(
+                f"model '{self.stepper.name}': a step that was taken cannot be differentiated, "
+                f"{self.lib.status_texts[status]}"
+            )
+        if d.lost:
+            contacts = self.stepper.manifest["contacts"]
+            name = contacts[d.contact]["name"] if d.contact >= 0 else ""
+            self.found.append(NotDifferentiable(float(d.at), name, _REASONS[d.lost]))
+            d.lost, self.lost = 0, True
+
+    def store(self, changes: dict[str, np.ndarray], row: int) -> None:
+        """Changes of q and v of all directions into a row."""
+        d, n_q = self.directions, self.stepper.sizes["n_q"]
+        if self.lost:
+            return
+        q, v = (self.lib.view(x).reshape(-1, n_q)[: d.count].T for x in (d.q, d.v))
+        moved = self.lib.view(d.grid) - self.lib.view(d.t)
+        # a direction that leaves the start; an event that ends the step in which it is
+        unknown = (np.frombuffer(d.leaves, np.intc) != 0) | (moved != 0)
+        first = 0
+        for change in changes.values():
+            some = slice(first, first + change.shape[3])
+            known = ~unknown[some]
+            change[0, row][:, known], change[1, row][:, known] = (
+                q[:, some][:, known],
+                v[:, some][:, known],
+            )
+            first += change.shape[3]
