@@ -16,13 +16,11 @@ from signorini.codegen.program import (
     Assembly,
     Evaluate,
     Forward,
-    Parameters,
     Place,
     Point,
     Ref,
     Scheme,
     Target,
-    Time,
 )
 
 # What is measured and factorised at the start of a step has no derivative that anything asks for.
@@ -166,8 +164,6 @@ class _Twins:
 
 def _change(argument: Argument) -> Argument:
     """The change of an argument, where it stands."""
-    if isinstance(argument, (Time, Parameters)):
-        return replace(argument, owner=FORWARD)
     if isinstance(argument, Ref) and argument.array in _UNASKED:
         return argument  # zeros, whatever happens
     return replace(argument, owner=FORWARD)

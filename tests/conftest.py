@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 import signorini as sg
@@ -144,15 +145,8 @@ def stepper() -> Callable[..., sg.Stepper]:
     """Build a stepper once per test process: ``stepper(model_function, stages)``."""
 
     @cache
-    def make(
-        model: Callable[[], sg.Model],
-        stages: int = 3,
-        velocity_constraints: str | None = None,
-        events: str = "captured",
-    ) -> sg.Stepper:
-        return sg.build(
-            model(), stages=stages, velocity_constraints=velocity_constraints, events=events
-        )
+    def make(model: Callable[[], sg.Model], stages: int = 3, **options: Any) -> sg.Stepper:
+        return sg.build(model(), stages=stages, **options)
 
     return make
 

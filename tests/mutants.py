@@ -22,6 +22,7 @@ PATH = "runtime/c/sg_path.c"
 CENTRAL = "runtime/c/sg_central.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
+FORWARD = "runtime/c/sg_forward.c"
 IMPACT, LOCATED = "runtime/c/sg_impact.c", "runtime/c/sg_located.c"
 STEP, TICK = "runtime/c/sg_cover.c", "runtime/c/sg_step.c"
 SCALE, LINALG = "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
@@ -207,6 +208,11 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a contact bounces for ever", IMPACT, "            w->e_N[k] = SG_C(0.0);", "            w->e_N[k] *= SG_C(1.0);"),
     Mutant("friction of a segment's first stage goes along the slip", "runtime/c/sg_modes.c", "? -(w->segment.mu[k] * w->segment.direction[f])", "? (w->segment.mu[k] * w->segment.direction[f])"),
     Mutant("an event is taken where it was first looked for", LOCATED, "(falls && (SG_FABS(next - tau) <= noise || high - low <= noise))", "round >= 0"),
+    Mutant("events do not move in time", FORWARD, ": -(d->event[j] / d->event[last]);", ": SG_C(0.0);"),
+    Mutant("friction does not change with its coefficient", FORWARD, "radius = f->mu[sg_slips[c].contact] *", "radius = SG_C(0.0) *"),
+    Mutant("grazing contacts are differentiated", "runtime/c/sg_real.h", "#define SG_STEEP SG_C(0.0001220703125)", "#define SG_STEEP SG_C(0.0)"),
+    Mutant("parameters stand for their changes", "codegen/c/refs.py", 'return "par" if value.owner == WORK else f"&{_OWNERS[value.owner]}par"', 'return "par"'),
+    Mutant("changes of fields are those of their neighbours", "codegen/forward.py", "self.twins[point].stored(name).index(nonzero)", "0"),
     Mutant("forces end where the stages see them last", "runtime/c/sg_real.h", "#define SG_CLEAR_GROWTH SG_C(2.0)", "#define SG_CLEAR_GROWTH SG_C(0.0)"),
     Mutant("contacts without force stay closed", LOCATED, "            w->segment.mode[k] = SG_K(OPEN);\n            return k;", "            return -1;"),
     Mutant("nobody hears that a step was captured", LOCATED, "info->captured = done > SG_C(0.0) ? 1 : 2;", "info->captured = 0;"),

@@ -79,6 +79,23 @@ def test_no_warnings_in_located_steps(
     compile_strictly(model, precision, folder)
 
 
+@pytest.mark.parametrize(
+    ("make", "precision"),
+    [
+        (slope.model, "double"),
+        pytest.param(mixed_contacts, "float", marks=pytest.mark.thorough),
+        pytest.param(one_coordinate, "double", marks=pytest.mark.thorough),
+        pytest.param(box_in_space.model, "double", marks=pytest.mark.slow),
+    ],
+)
+def test_no_warnings_in_derivatives(
+    make: Callable[[], sg.Model], precision: str, tmp_path: Path
+) -> None:
+    model = make()
+    folder = sg.generate(model, tmp_path / "c", stages=2, precision=precision, derivatives=True)
+    compile_strictly(model, precision, folder)
+
+
 def compile_strictly(model: sg.Model, precision: str, folder: Path) -> None:
     """All files under the strictest flags of two compilers, as C99, C11 and beside C++."""
     source = folder / f"{model.name}.c"

@@ -28,6 +28,7 @@
 #undef SG_CLEAR_PUSH
 #undef SG_COUNTS
 #undef SG_CYCLE
+#undef SG_DERIVATIVES
 #undef SG_DESCENT
 #undef SG_DIP
 #undef SG_DIP_ROUNDS
@@ -94,6 +95,7 @@
 #undef SG_SPATIAL
 #undef SG_SQRT
 #undef SG_STAGNATION
+#undef SG_STEEP
 #undef SG_SUBSTEP_TURNS
 #undef SG_SWEEPS
 #undef SG_TABULATED
@@ -583,6 +585,8 @@
 #define sg_take_in bouncing_ball_own_sg_take_in
 #undef sg_take_solution
 #define sg_take_solution bouncing_ball_own_sg_take_solution
+#undef sg_take_step
+#define sg_take_step bouncing_ball_own_sg_take_step
 #undef sg_takes_part
 #define sg_takes_part bouncing_ball_own_sg_takes_part
 #undef sg_tick

@@ -375,6 +375,23 @@ static void sg_move_to_end(SG(work) * w) {
     sg_copy((d->count + 1) * SG_N_Q, d->v_end, d->v);
 }
 
+/* The segment has no length, because a step ended where its event is: the state and its changes
+   stay, time would go on as it did. */
+static void sg_stay(SG(work) * w) {
+    SG(directions) *d = &w->directions;
+    int i;
+    d->t[d->count] = SG_C(1.0);
+    for (i = 0; i < SG_N_Q; ++i) {
+        d->q[d->count * SG_N_Q + i] = w->segment.v[i];
+        d->v[d->count * SG_N_Q + i] = w->segment.acceleration[i] / w->segment.h;
+    }
+    sg_copy(SG_N_Q, w->segment.q, w->q_end);
+    sg_copy(SG_N_Q, w->segment.v, w->v_end);
+    if (!w->segment.known) {
+        sg_lose(w, SG_TOGETHER, -1);
+    }
+}
+
 /* Change of an event function of gaps, slips and guards along the direction at hand. */
 static real sg_event_forward(const SG(work) * w, const sg_happening *event) {
     const SG(forward) *f = &w->forward;
@@ -453,24 +470,24 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
     SG(directions) *d = &w->directions;
     const int last = d->count;
     int i, j;
-    if (!(w->segment.span > SG_C(0.0))) {
-        sg_lose(w, SG_TOGETHER, event->contact);
-        return;
-    }
     if (sg_return(w, par) != SG_K(OK)) {
         sg_lose(w, SG_IS_SINGULAR, -1);
         return;
     }
-    if (event->what != SG_NOTHING && w->segment.span < SG_TOUCH * w->segment.h) {
-        sg_lose(w, SG_TOGETHER, event->contact);
+    if (w->segment.span > SG_C(0.0)) {
+        if (event->what != SG_NOTHING && w->segment.span < SG_TOUCH * w->segment.h) {
+            sg_lose(w, SG_TOGETHER, event->contact);
+        }
+        sg_measure_motion(w, w->segment.span);
+        sg_say_given(w, w->segment.span);
+        d->t[last] = SG_C(0.0);
+        sg_fill(SG_N_Q, SG_C(0.0), &d->q[last * SG_N_Q]);
+        sg_fill(SG_N_Q, SG_C(0.0), &d->v[last * SG_N_Q]);
+        sg_forward_end(w, par, opt);
+        sg_move_to_end(w);
+    } else {
+        sg_stay(w);
     }
-    sg_measure_motion(w, w->segment.span);
-    sg_say_given(w, w->segment.span);
-    d->t[last] = SG_C(0.0);
-    sg_fill(SG_N_Q, SG_C(0.0), &d->q[last * SG_N_Q]);
-    sg_fill(SG_N_Q, SG_C(0.0), &d->v[last * SG_N_Q]);
-    sg_forward_end(w, par, opt);
-    sg_move_to_end(w);
     if (event->what != SG_NOTHING) {
         sg_forward_event(w, par, opt, info, event);
         if (!(SG_FABS(d->event[last]) > SG_TINY)) {

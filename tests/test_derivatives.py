@@ -1,0 +1,255 @@
+"""Derivatives of located runs: closed forms, differences of runs with more digits, honesty."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import signorini as sg
+import sympy as sp
+from signorini.models import (
+    bead_on_hoop,
+    bouncing_ball,
+    box_in_space,
+    coin,
+    conveyor_oscillator,
+    hopper,
+    slope,
+    woodpecker,
+)
+from test_located import sled
+
+Build = Callable[..., sg.Stepper]
+WIDE = pytest.mark.skipif(
+    np.finfo(np.longdouble).eps >= np.finfo(float).eps, reason="long double is double here"
+)
+
+
+def two_balls() -> sg.Model:
+    """Two equal elastic balls on a line."""
+    m = sg.Model("two_balls")
+    x, y = m.coordinates("x y", units="m m")
+    v, w = m.velocities
+    m.lagrangian = (v**2 + w**2) / 2
+    m.contact("hit", g_N=y - x - sp.Rational(1, 5), e_N=1)
+    m.initial_state(q=[0, 1], v=[1, 0])
+    return m
+
+
+def test_an_elastic_ball_comes_back_by_what_it_was_raised(stepper: Build) -> None:
+    """Without gravity z(3) falls by what z(0) rises, and by three times what it flew up faster."""
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    for z in np.random.default_rng(7).uniform(0.6, 2.6, 100):
+        traj = made.simulate(
+            t_end=3, dt=1e-2, q0={"y": z}, v0={"y": -1.0, "phi": 0.0}, events="located",
+            parameters={"e_N": 1.0, "grav": 0.0}, derivatives="forward", of=("q0", "v0"),
+        )  # fmt: skip
+        assert traj.differentiable is True
+        assert traj.dq["q0"][-1, 1, 1] == pytest.approx(-1, abs=1e-12)
+        assert traj.dq["v0"][-1, 1, 1] == pytest.approx(-3, abs=1e-12)
+
+
+def test_a_struck_ball_takes_over_place_and_speed(stepper: Build) -> None:
+    """(1, 0, 1, 0): the other ball's place and speed decide, its own do not."""
+    made = stepper(two_balls, 2, derivatives=True)
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        v = rng.uniform(0.8, 2.5), rng.uniform(-1.0, -0.3)
+        x = rng.uniform(0, 0.2), rng.uniform(0.7, 1.0)
+        traj = made.simulate(
+            t_end=1, dt=1e-2, q0=x, v0=v, events="located", derivatives="forward", of=("q0", "v0")
+        )
+        assert traj.differentiable is True
+        np.testing.assert_allclose(traj.dq["q0"][-1, 1], [1, 0], atol=1e-12)
+        np.testing.assert_allclose(traj.dq["v0"][-1, 1], [1, 0], atol=1e-12)
+
+
+def test_the_start_and_the_steps_of_a_fall(stepper: Build) -> None:
+    """A mass that falls and bounces once: y = -e v_0^2 ... in closed form of all that moves it."""
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    of = ("q0", "parameters", "t0", "dt")
+    traj = made.simulate(
+        t_end=0.7, dt=0.07, v0={"phi": 0.0}, parameters={"e_N": 0.8}, events="located",
+        derivatives="forward", of=of,
+    )  # fmt: skip
+    y0, R, g, e, T = sp.symbols("y0 R g e T")
+    fall = sp.sqrt(2 * (y0 - R) / g)
+    y = R + e * g * fall * (T - fall) - g * (T - fall) ** 2 / 2
+    at = {y0: 1.0, R: 0.1, g: 9.81, e: 0.8, T: 0.7}
+    slopes = {x: float(sp.diff(y, x).subs(at)) for x in (y0, R, g, e, T)}
+    assert traj.q[-1, 1] == pytest.approx(float(y.subs(at)), abs=1e-13)
+    assert traj.dq["q0"][-1, 1, 1] == pytest.approx(slopes[y0], rel=1e-11)
+    names = list(made.parameters)
+    for name, symbol in (("R", R), ("grav", g), ("e_N", e)):
+        found = traj.dq["parameters"][-1, 1, names.index(name)]
+        assert found == pytest.approx(slopes[symbol], rel=1e-11)
+    # ten steps, each longer by that; nothing depends on the time itself
+    assert traj.dq["dt"][-1, 1, 0] == pytest.approx(10 * slopes[T], rel=1e-11)
+    assert traj.dq["t0"][-1, 1, 0] == pytest.approx(0, abs=1e-11)
+
+
+def test_steps_are_those_of_a_run_without(stepper: Build) -> None:
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    plain = stepper(bouncing_ball.model, 3, events="located")
+    about: dict[str, Any] = {"t_end": 1.0, "dt": 1e-2, "events": "located"}
+    one, other = made.simulate(**about, derivatives="forward", every=3), plain.simulate(**about)
+    np.testing.assert_array_equal(one.q[-1], other.q[-1])
+    assert one.dq["q0"].shape == (35, 3, 3)
+    np.testing.assert_array_equal(one.dq["q0"][0], np.eye(3))
+
+
+# --- against differences of runs with more digits ------------------------------------------------
+
+SCENES: dict[str, tuple[Callable[[], sg.Model], float, float, int]] = {
+    "impacts": (bead_on_hoop.model, 0.8, 0.02, 3),
+    "impact, slip, rolling": (bouncing_ball.model, 1.0, 0.02, 2),
+    "knife edge against a wall": (sled, 1.0, 0.02, 3),
+    "stick, slip, stick": (conveyor_oscillator.model, 11.0, 0.044, 3),
+    "slides and lands": (slope.model, 1.2, 0.01, 2),
+    "all kinds of events": (woodpecker.model, 0.3, 1e-3, 3),
+    "tumbles in space": (box_in_space.model, 0.3, 2e-3, 2),
+    "lands and takes off": (hopper.model, 0.5, 5e-3, 3),
+    "falls and turns": (coin.model, 0.3, 1e-2, 3),
+}
+
+
+@WIDE
+@pytest.mark.parametrize(
+    "scene",
+    [
+        scene if scene == "impact, slip, rolling"
+        else pytest.param(scene, marks=pytest.mark.thorough if k < 5 else pytest.mark.slow)
+        for k, scene in enumerate(SCENES)
+    ],
+)  # fmt: skip
+def test_differences(stepper: Build, scene: str) -> None:
+    """To 1e-8 of the largest entry, along every direction that the start allows."""
+    model, t_end, dt, s = SCENES[scene]
+    made = stepper(model, s, derivatives=True)
+    wide = stepper(model, s, events="located", precision="extended")
+    about: dict[str, Any] = {"t_end": t_end, "dt": dt, "events": "located", "tol": 0.0}
+    traj = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
+    assert traj.differentiable is True
+    _, q, v = wide.initial_state()
+    compared = 0
+
+    def end(q: np.ndarray, v: np.ndarray, **parameters: float) -> np.ndarray:
+        run = wide.simulate(**about, q0=q, v0=v, parameters=parameters)
+        return np.concatenate([run.q[-1], run.v[-1]])
+
+    def difference(name: str, k: int, step: float) -> np.ndarray:
+        if name == "parameters":
+            own = list(made.parameters)[k]
+            value = made.parameters[own]
+            high, low = value + step * value, value - step * value
+            ends = end(q, v, **{own: high}), end(q, v, **{own: low})
+            return (ends[0] - ends[1]) / (np.longdouble(high) - np.longdouble(low))
+        change = np.zeros(len(q), np.longdouble)
+        change[k] = step
+        where = (change, 0 * change) if name == "q0" else (0 * change, change)
+        ends = end(q + where[0], v + where[1]), end(q - where[0], v - where[1])
+        return (ends[0] - ends[1]) / (2 * np.longdouble(step))
+
+    for name in ("q0", "v0", "parameters"):
+        mine = np.concatenate([traj.dq[name][-1], traj.dv[name][-1]])
+        for k in range(mine.shape[1]):
+            fixed = name == "parameters" and list(made.parameters.values())[k] == 0
+            if fixed or np.isnan(mine[:, k]).any():
+                continue
+            try:
+                coarse, fine = (difference(name, k, 2.0**-e) for e in (20, 21))
+            except sg.RunError:
+                continue  # a change by so much is no start
+            expected = (4 * fine - coarse) / 3
+            size = max(1.0, float(np.max(np.abs(mine[:, k]))))
+            error = float(np.max(np.abs(mine[:, k] - expected))) / size
+            assert error < 1e-8, (name, k, error)
+            compared += 1
+    assert compared >= len(q)
+
+
+# --- honesty --------------------------------------------------------------------------------------
+
+
+def test_directions_that_leave_the_start_have_none(stepper: Build) -> None:
+    """A ball that lies on the floor may lie elsewhere and turned, but not higher, nor move."""
+    traj = stepper(bouncing_ball.model, 3, derivatives=True).simulate(
+        t_end=0.1, dt=1e-2, q0={"y": 0.1}, v0=[0, 0, 0], parameters={"e_N": 0.0},
+        events="located", derivatives="forward", of=("q0", "v0"),
+    )  # fmt: skip
+    assert traj.differentiable is True
+    for name, known in (("q0", [True, False, True]), ("v0", [False] * 3)):
+        for change in (traj.dq[name], traj.dv[name]):
+            assert (~np.isnan(change[-1]).any(axis=0)).tolist() == known
+    np.testing.assert_allclose(traj.dq["q0"][-1][:, [0, 2]], np.eye(3)[:, [0, 2]], atol=1e-14)
+
+
+def lost(made: sg.Stepper, **about: Any) -> list[Any]:
+    traj = made.simulate(events="located", derivatives="forward", of="v0", **about)
+    assert traj.differentiable is not True
+    first = traj.differentiable[0]
+    before, behind = traj.t < first.t - 1e-9, traj.t > first.t + about["dt"]
+    assert np.isnan(traj.dq["v0"][behind]).all()
+    assert np.isfinite(traj.dq["v0"][before]).any()
+    return list(traj.differentiable)
+
+
+def test_a_grazing_contact_has_none() -> None:
+    """A ceiling a hair below the apex of a throw."""
+    m = sg.Model("ceiling")
+    (y,), (v,) = m.coordinates("y", units="m"), m.velocities
+    m.lagrangian = v**2 / 2 - 10 * y
+    m.contact("ceiling", g_N=sp.Rational(1, 5) - sp.Float(1e-12) - y, e_N=1)
+    m.initial_state(q=[0], v=[2])
+    found = lost(sg.build(m, stages=3, derivatives=True), t_end=0.4, dt=1e-2)
+    assert found[0].contact == "ceiling" and found[0].t == pytest.approx(0.2, abs=1e-6)
+    assert "slowly" in found[0].why
+
+
+def test_two_contacts_at_once_have_none() -> None:
+    """A bar that falls flat on both of its ends: which of them is first decides."""
+    m = sg.Model("bar")
+    (y, phi), (v, omega) = m.coordinates("y phi", units="m rad"), m.velocities
+    m.lagrangian = (v**2 + omega**2 / 3) / 2 - 10 * y
+    for name, side in (("left", -1), ("right", 1)):
+        m.contact(name, g_N=y + side * sp.sin(phi), e_N=sp.Rational(1, 2))
+    m.initial_state(q=[0.2, 0])
+    found = lost(sg.build(m, stages=2, derivatives=True), t_end=0.3, dt=1e-2)
+    assert found[0].t == pytest.approx(0.2, abs=1e-12)
+    assert "at one time" in found[0].why
+
+
+def test_a_contact_brought_to_rest_has_none(stepper: Build) -> None:
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    found = lost(made, t_end=2.0, dt=1e-2, v0={"phi": 0.0}, parameters={"e_N": 0.5})
+    assert [f.why.split(" after")[0] for f in found] == ["the contact was brought to rest"]
+
+
+def test_a_captured_step_has_none(stepper: Build) -> None:
+    """Room for one event, where a bar has two."""
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    found = lost(made, t_end=1.0, dt=0.5, v0={"phi": 0.0}, parameters={"e_N": 0.1}, max_events=1)
+    assert found[0].why == "the step, or its rest, was captured"
+
+
+@pytest.mark.parametrize(
+    ("words", "about"),
+    [
+        ('choose "forward"', {"derivatives": "backward"}),
+        ("choose among q0, v0, parameters, inputs, t0, dt", {"of": "q"}),
+        ("of is empty", {"of": ()}),
+        ('need events="located"', {"events": "captured"}),
+        ("inputs that are given as an array", {"inputs": lambda t, q, v: []}),
+    ],
+)
+def test_refusals(stepper: Build, words: str, about: dict[str, Any]) -> None:
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    wanted = {"derivatives": "forward", "events": "located", **about}
+    with pytest.raises(sg.RunError, match=words):
+        made.simulate(t_end=0.1, dt=1e-2, **wanted)
+
+
+def test_a_folder_without_derivatives_says_so(stepper: Build) -> None:
+    loaded = sg.load(stepper(bouncing_ball.model, 3).folder)
+    with pytest.raises(sg.RunError, match="generated without derivatives: generate it again"):
+        loaded.simulate(t_end=0.1, dt=1e-2, events="located", derivatives="forward")
