@@ -103,6 +103,7 @@ ROOMS = (
     "program",  # what a scheme is
     "sharing",  # passes over programs
     "schemes",
+    "forward",  # what differentiates them
     "c",
     "numpy",
 )

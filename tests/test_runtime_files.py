@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from compilers import compiler, run
-from signorini.codegen.c.build import CONTRACT, LOCATED, SCRATCH, emit_spec, runtime_order
+from signorini.codegen.c.build import CONTRACT, FORWARD, SCRATCH, emit_spec, runtime_order
 from signorini.codegen.c.emit import RUNTIME_BEGIN, TABLES_END, render
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.frontend.validate import freeze
@@ -24,14 +24,14 @@ SOURCES = [name for name in FILES if name.endswith(".c")]
 
 
 def test_every_file_is_part_of_a_stepper() -> None:
-    stepper = {*runtime_order(LOCATED), *runtime_order(("sg_stable.c", "sg_cell.c"))}
+    stepper = {*runtime_order(FORWARD), *runtime_order(("sg_stable.c", "sg_cell.c"))}
     assert stepper == set(FILES)
 
 
 def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
     """Alone, with the contract and the tables of a model before it."""
     model = freeze(box_in_space.model())
-    files = render(emit_spec(model, stages=2, prefix="m", events="located"))
+    files = render(emit_spec(model, stages=2, prefix="m", derivatives=True))
     (tmp_path / "m.h").write_text(files["m.h"])
     head = files["m.c"].split(TABLES_END)[0]
     assert RUNTIME_BEGIN in head

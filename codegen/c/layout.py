@@ -311,8 +311,10 @@ def structs(
 def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Struct, ...]:
     """Changes of the scratch along a direction: arrays of the same names."""
     known = {p.name for p in points}
-    own = ("t", "h", "q", "v", "u", "p", "guard", "Q", "q_end", "v_end", "P", "R_stage", "x", "R")
-    own += ("r", "y", "radius", *(name for name, _ in COEFFICIENTS))
+    own = {
+        *("t", "h", "q", "v", "u", "p", "guard", "Q", "q_end", "v_end", "P", "R_stage", "x", "R"),
+        *("r", "y", "radius", *(name for name, _ in COEFFICIENTS)),
+    }
     looks = {f.name for f in _looks(scheme, n)}
     fields = [f for f in _work(scheme, n, (), ()) if f.name in own or f.name in looks]
     places = tuple(
