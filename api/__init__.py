@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from signorini.codegen.frontend.model import Model
     from signorini.codegen.frontend.symbols import norm, par, smooth
     from signorini.codegen.frontend.table import table
+    from signorini.optimise import casadi_step
     from signorini.runtime.batch import Batch
     from signorini.runtime.compile import CompilerError
     from signorini.runtime.errors import InconsistentStartError, RunError, StepError
@@ -35,6 +36,7 @@ _HOMES = {
     "norm": "signorini.codegen.frontend.symbols",
     "table": "signorini.codegen.frontend.table",
     "build": "signorini.workflow",
+    "casadi_step": "signorini.optimise",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
     "Report": "signorini.verify.report",
@@ -66,6 +68,7 @@ __all__ = [
     "Trajectory",
     "__version__",
     "build",
+    "casadi_step",
     "check",
     "generate",
     "load",

@@ -238,10 +238,12 @@ def drift(
         model,
         about["stages"] if stages is None else stages,
         about["scheme"],
-        about["velocity_constraints"],
+        # located steps have one form, and refuse to be asked for another
+        None if about["events"] == "located" else about["velocity_constraints"],
         about["prefix"],
         about["precision"],
         about["events"],
+        about["derivatives"],
     )
     lines: list[str] = []
     for name, text in files.items():

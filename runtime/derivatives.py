@@ -84,21 +84,26 @@ def differentiate(
     of: tuple[str, ...],
 ) -> None:
     """Give a trajectory its derivatives ``dq``, ``dv`` and ``differentiable``."""
-    walk = _Walk(traj.stepper, traj.parameters, options, start, of)
+    walk = Directions(traj.stepper, traj.parameters, options, start, of)
     rows = len(traj.t)
     changes = {name: np.full((2, rows, *shape), np.nan) for name, shape in walk.shapes.items()}
-    walk.store(changes, 0)
-    for k in range(traj.steps):
-        walk.step(u[k] if u.size else u, h)
-        if (k + 1) % every == 0 or k + 1 == traj.steps:
-            walk.store(changes, k // every + 1)
+    for k in range(traj.steps + 1):
+        if k:
+            walk.step(u[k - 1] if u.size else u, h)
+        if k % every == 0 or k == traj.steps:
+            for which, found in enumerate(walk.changes()):
+                for name, change in found.items():
+                    changes[name][which, -(-k // every)] = change
     traj.dq = {name: change[0] for name, change in changes.items()}
     traj.dv = {name: change[1] for name, change in changes.items()}
     traj.differentiable = walk.found or True
 
 
-class _Walk:
-    """A state and its changes, step by step."""
+class Directions:
+    """A state and its changes, step by step.
+
+    `fresh`: directions are compared with what holds at the start.
+    """
 
     def __init__(
         self,
@@ -107,23 +112,21 @@ class _Walk:
         options: RunOptions,
         start: tuple[float, np.ndarray, np.ndarray],
         of: tuple[str, ...],
+        fresh: bool = True,
     ) -> None:
         lib = stepper.library
         self.stepper, self.lib = stepper, lib
         n, n_q = stepper.sizes, stepper.sizes["n_q"]
-        self.state, self.work, self.info = (lib.structs[x]() for x in ("state", "work", "info"))
+        self.work, self.info = (lib.structs[x]() for x in ("work", "info"))
         self.params, self.options = stepper.c_params(par), stepper.c_options(options)
         t, q, v = start
-        lib.call["init"](
-            self.state, self.params, self.options, t,
-            *(lib.pointer(lib.array(x)) for x in (q, v)),
-        )  # fmt: skip
+        self.state = stepper.c_state(t, q, v)
         counts = {
             "q0": n_q, "v0": n_q, "parameters": n["n_par"], "inputs": n["n_u"], "t0": 1, "dt": 1,
         }  # fmt: skip
         self.shapes = {name: (n_q, counts[name]) for name in of}
         self.directions = d = lib.structs["directions"]()
-        d.count, d.fresh = sum(counts[name] for name in of), 1
+        d.count, d.fresh = sum(counts[name] for name in of), int(fresh)
         fields = {"q0": "q", "v0": "v", "parameters": "par", "inputs": "u", "t0": "t", "dt": "h"}
         first = 0
         for name in of:
@@ -154,21 +157,26 @@ class _Walk:
             self.found.append(NotDifferentiable(float(d.at), name, _REASONS[d.lost]))
             d.lost, self.lost = 0, True
 
-    def store(self, changes: dict[str, np.ndarray], row: int) -> None:
-        """Changes of q and v of all directions into a row."""
+    @property
+    def q(self) -> np.ndarray:
+        """Coordinates, shape (n_q,)."""
+        return self.lib.kept(self.state.q)
+
+    @property
+    def v(self) -> np.ndarray:
+        """Velocities, shape (n_q,)."""
+        return self.lib.kept(self.state.v)
+
+    def changes(self) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Changes of q and of v, with respect to each that was asked for; NaN where none are."""
         d, n_q = self.directions, self.stepper.sizes["n_q"]
-        if self.lost:
-            return
-        q, v = (self.lib.view(x).reshape(-1, n_q)[: d.count].T for x in (d.q, d.v))
         moved = self.lib.view(d.grid) - self.lib.view(d.t)
         # a direction that leaves the start; an event that ends the step in which it is
-        unknown = (np.frombuffer(d.leaves, np.intc) != 0) | (moved != 0)
-        first = 0
-        for change in changes.values():
-            some = slice(first, first + change.shape[3])
-            known = ~unknown[some]
-            change[0, row][:, known], change[1, row][:, known] = (
-                q[:, some][:, known],
-                v[:, some][:, known],
-            )
-            first += change.shape[3]
+        unknown = ((np.frombuffer(d.leaves, np.intc) != 0) | (moved != 0))[: d.count] | self.lost
+        found = []
+        for values in (d.q, d.v):
+            change = self.lib.kept(values).reshape(-1, n_q)[: d.count].T
+            change[:, unknown] = np.nan
+            edges = np.cumsum([columns for _, columns in self.shapes.values()])[:-1]
+            found.append(dict(zip(self.shapes, np.split(change, edges, axis=1), strict=True)))
+        return found[0], found[1]

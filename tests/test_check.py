@@ -18,6 +18,7 @@ from signorini.models import bouncing_ball, box, chaplygin_sleigh, conveyor_osci
 from signorini.verify.check import Checker
 from signorini.verify.judge import accepts
 from signorini.verify.reference import Reference, Step
+from signorini.workflow import drift
 from trap_models import TRAPS, forms, forty_coordinates, mixed_contacts, one_coordinate
 
 FAST = (bouncing_ball.model, slope.model, box.model, *TRAPS)
@@ -114,6 +115,8 @@ def test_drift_is_shown(tmp_path: Path) -> None:
     assert drifted.returncode == 1
     assert "-    par.mu = 0.4;" in drifted.stdout
     assert "+    par.mu = 0.3;" in drifted.stdout
+    sg.generate(slope.model(), tmp_path / "more", stages=2, derivatives=True)
+    assert not drift(slope.model(), tmp_path / "more")
     assert command("generate", "slope", "--check", "nowhere", cwd=tmp_path).returncode == 1
 
 

@@ -19,6 +19,7 @@ def generate(
     out: Path | None = None,
     prefix: str | None = None,
     target: Literal["c", "numpy"] = "c",
+    derivatives: Switch = False,
     check: Path | None = None,
 ) -> None:
     """Write the C stepper of MODEL into a folder.
@@ -33,6 +34,8 @@ def generate(
         Prefix of the C names, by default the model's name.
     target
         c, or numpy: the model's functions as one Python module.
+    derivatives
+        Steps can be differentiated (p_step_forward), and cut at their events.
     check
         Write nothing; compare this generated folder with the model and show what differs.
     """
@@ -54,6 +57,7 @@ def generate(
         **(built or Built()).keywords(),
         prefix=prefix,
         target=target,
+        derivatives=derivatives,
     )
     console = Console()
     if folder.is_file():
