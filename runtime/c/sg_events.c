@@ -272,6 +272,13 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
         if (value < SG_C(0.0)) {
             sg_find_root(w, par, event, a, f_a, x, value);
         }
+#if SG_DERIVATIVES
+        if (value >= SG_C(0.0) && value <= SG_TOUCH * sg_event_scale(w, what, k) &&
+            (w->directions.near == 0 || x < w->directions.near_at)) {
+            w->directions.near = k + 1;
+            w->directions.near_at = x;
+        }
+#endif
     }
     return 1;
 }
@@ -303,6 +310,9 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
     int near = 0;
     int i, j, k;
     *first = sg_no_event();
+#if SG_DERIVATIVES
+    w->directions.near = 0;
+#endif
     sg_look_along(w, par, SG_C(1.0));
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->segment.seen[k] = 0;

@@ -106,6 +106,38 @@ static int sg_is_sharp(const SG(work) * w, const sg_problem *pr, int k) {
            sg_friction_size(w, k, &R[f]) < w->mu[k] * R[n] * (SG_C(1.0) - SG_TOUCH);
 }
 
+/* About to strike: the place moves along the motion before, so that the gap stays closed. That is
+   so already where the impact was located; a step may have ended there instead. */
+static void sg_forward_strike(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              SG(info) * info) {
+    SG(directions) *d = &w->directions;
+    int k = 0;
+    int i, j;
+    while (k < SG_N_CONTACTS - 1 && !sg_strikes(w, k)) {
+        ++k;
+    }
+    if (d->fresh) {
+        return; /* said with the impact */
+    }
+    if (sg_find_forces(w, par, opt, info) != SG_K(OK)) {
+        sg_lose(w, SG_IS_SINGULAR, k);
+    }
+    sg_measure_motion(w, w->segment.h);
+    sg_look(w, par, w->segment.t, w->trial.q, w->trial.v);
+    for (j = 0; j < d->count; ++j) {
+        real longer;
+        sg_turn_to(w, par, j, SG_C(0.0));
+        sg_look_forward(w, par);
+        longer = -(w->forward.gap[sg_contacts[k].normal] / w->gap_rate[sg_contacts[k].normal]);
+        d->t[j] += longer;
+        for (i = 0; i < SG_N_Q; ++i) {
+            d->q[j * SG_N_Q + i] += longer * w->trial.v[i];
+            d->v[j * SG_N_Q + i] += longer * w->segment.acceleration[i] / w->segment.h;
+        }
+    }
+    w->segment.known = 0;
+}
+
 /* Changes of the velocities behind an impact that was just solved. `rests`: a contact lost its
    restitution. */
 static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(options) * opt,
@@ -292,9 +324,15 @@ static int sg_leaves_start(SG(work) * w, const SG(params) * par) {
 
 /* Arrived at a place, modes chosen: changes of the forces there. */
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info) {
+                             SG(info) * info, int struck) {
     SG(directions) *d = &w->directions;
-    int j;
+    int j, k;
+    for (k = 0; k < SG_N_CONTACTS && !struck && d->begins && !d->fresh; ++k) {
+        if (w->segment.mode[k] != w->segment.before[k] && w->segment.before[k] != SG_K(UNKNOWN)) {
+            sg_lose(w, SG_TOGETHER, k); /* a mode ends with the step */
+        }
+    }
+    d->begins = 0;
     sg_fill(SG_N_WAYS * SG_N_R, SG_C(0.0), d->force);
     sg_fill(SG_N_WAYS * SG_N_BOUNDS, SG_C(0.0), d->bound);
     sg_fill(SG_N_WAYS * SG_N_F, SG_C(0.0), d->direction);
@@ -475,6 +513,9 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
         return;
     }
     if (w->segment.span > SG_C(0.0)) {
+        if (d->near > 0 && d->near_at < event->at) {
+            sg_lose(w, SG_GRAZES, d->near - 1);
+        }
         if (event->what != SG_NOTHING && w->segment.span < SG_TOUCH * w->segment.h) {
             sg_lose(w, SG_TOGETHER, event->contact);
         }
@@ -518,6 +559,7 @@ int SG(step_forward)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(para
     }
     w->directions = *d;
     w->directions.moves = 1;
+    w->directions.begins = 1;
     for (j = 0; j < d->count; ++j) {
         w->directions.grid[j] += d->h[j];
     }

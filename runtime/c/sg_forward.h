@@ -8,8 +8,11 @@ typedef struct {
     int count;             /* directions, at most SG_N_WAYS - 1 */
     int moves;             /* set by the step: whether it differentiates */
     int fresh;             /* whether a run begins: directions are compared with its constraints */
+    int begins;            /* whether the step begins */
+    int near;              /* 1 + contact that nearly touches in the segment at hand, 0: none */
     int lost;              /* why there is no derivative; 0: there is one */
     int contact;           /* contact of the event that has none */
+    real near_at;          /* where in the segment it is nearest */
     real at;               /* its time */
     int leaves[SG_N_WAYS]; /* whether a direction leaves the constraints of the start */
     real grid[SG_N_WAYS];  /* change of the time at which a step begins */

@@ -9,8 +9,10 @@
  */
 static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                               int rests);
+static void sg_forward_strike(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              SG(info) * info);
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info);
+                             SG(info) * info, int struck);
 #endif
 
 /* Note an event of a located step. */
@@ -237,6 +239,11 @@ static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * op
         struck = struck || sg_strikes(w, k);
     }
     if (status == SG_K(OK) && struck) {
+#if SG_DERIVATIVES
+        if (w->directions.moves) {
+            sg_forward_strike(w, par, opt, info);
+        }
+#endif
         status = sg_strike(w, par, opt, info);
         if (status == SG_K(OK)) {
             status = sg_stand(w, par, t);
@@ -252,7 +259,7 @@ static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * op
     }
 #if SG_DERIVATIVES
     if (status == SG_K(OK) && w->directions.moves) {
-        sg_forward_place(w, par, opt, info);
+        sg_forward_place(w, par, opt, info, struck);
     }
 #endif
     return status;
