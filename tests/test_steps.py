@@ -68,7 +68,7 @@ def test_steps_satisfy_the_scheme(
     slow = make().world.name == "casadi"
     assert not compare(
         make,
-        stepper(make, stages, "paper"),
+        stepper(make, stages, velocity_constraints="paper"),
         1e-2,
         25 if slow else 60,
         0 if slow and stages > 3 else 20,
@@ -93,7 +93,7 @@ def test_box_in_space_steps(stepper: Callable[..., sg.Stepper]) -> None:
 def test_jacobians_are_derivatives_of_the_residuals(
     make: Callable[[], sg.Model], stages: int, problem: str, stepper: Callable[..., sg.Stepper]
 ) -> None:
-    compiled = stepper(make, stages, "paper")
+    compiled = stepper(make, stages, velocity_constraints="paper")
     n, h = compiled.sizes, 0.05
     rng = np.random.default_rng(stages)
     t, q, v = compiled.initial_state()

@@ -315,7 +315,8 @@ static int sg_leaves_start(SG(work) * w, const SG(params) * par) {
                     sg_is_change(w, SG_NORMAL + n, f->gap_rate[n]);
         }
         for (e = 0; e < sg_contacts[k].components; ++e) {
-            found = found || (w->segment.mode[k] == SG_K(STICK) && sg_rubs(w, k) &&
+            /* sticking, or about to slip one way: another velocity would slip the other */
+            found = found || (sg_rubs(w, k) && !(sg_slip_size(w, k) > SG_C(1.0)) &&
                               sg_is_change(w, SG_SLIP + s + e, f->slip_rate[s + e]));
         }
     }
