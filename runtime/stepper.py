@@ -9,7 +9,7 @@ from signorini.runtime.arguments import as_path, grid, number, reals
 from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
-from signorini.runtime.derivatives import check_derivatives, differentiate
+from signorini.runtime.derivatives import adjoin, check_derivatives, differentiate
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
 from signorini.runtime.options import DEFAULTS, RunOptions
@@ -190,15 +190,18 @@ class Stepper(Compiled):
         max_events : int
             Events of one located step, at most 64 and by default so many; with more of them the
             rest of the step is captured.
-        derivatives : {"forward"}, optional
+        derivatives : {"forward", "adjoint"}, optional
             Differentiate the run, which needs ``events="located"``: ``traj.dq["v0"]`` of shape
             (n+1, n_q, n_q), ``traj.dv["parameters"]``, ... are exact derivatives of the steps
             through impacts and changes of stick and slip. `Trajectory.differentiable` is True, or
             lists the events that have no derivative; behind the first of them derivatives are NaN.
-            So are those along directions that leave the constraints of the start.
+            So are those along directions that leave the constraints of the start. "adjoint" keeps
+            the derivatives of every step; then ``traj.gradient(q_bar, v_bar)`` with cotangents of
+            the end (n_q,) or of all rows (n+1, n_q) is a dict of gradients: "q0", "v0",
+            "parameters", and "inputs" of shape (n, n_u), each step's own.
         of : sequence of str
-            With respect to what: among "q0", "v0", "parameters", "inputs" (all held inputs moved
-            alike), "t0", "dt".
+            With respect to what, if "forward": among "q0", "v0", "parameters", "inputs" (all held
+            inputs moved alike), "t0", "dt".
         progress : callable (done, total)
             Called now and then.
 
@@ -231,7 +234,9 @@ class Stepper(Compiled):
         stepper = self.differentiable() if wanted else self.fitting(options)
         run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
         traj = run.go(u, asked, progress)
-        if wanted:
+        if derivatives == "adjoint":
+            adjoin(traj, (t, q, v), u, h, every, options)
+        elif wanted:
             differentiate(traj, (t, q, v), u, h, every, options, wanted)
         return traj
 

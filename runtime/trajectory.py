@@ -55,6 +55,12 @@ class Trajectory:
         Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
     events : list of Event
         Changes of contact states in every step of the run, recorded or not.
+    dq, dv : dict from name to ndarray, shape (n+1, n_q, ...)
+        Derivatives of a run with ``derivatives="forward"``.
+    gradient : Gradient
+        Gradients of a run with ``derivatives="adjoint"``: ``traj.gradient(q_bar, v_bar)``.
+    differentiable : True or list of NotDifferentiable
+        Of such runs: whether all events have a derivative, or those that have none.
     contacts : dict
         Contact name -> {"P_N": column or None, "P_F": columns}.
     t_stage, Q, V, R, R_g, R_gamma, R_N, R_F : ndarray, shape (n, s, ...)

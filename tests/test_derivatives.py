@@ -169,6 +169,76 @@ def test_differences(stepper: Build, scene: str) -> None:
     assert compared >= len(q)
 
 
+# --- adjoint --------------------------------------------------------------------------------------
+
+
+def test_the_adjoint_is_the_transpose(stepper: Build) -> None:
+    """Of a run through an impact, slip and rolling, with cotangents of the end and of all rows."""
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    about: dict[str, Any] = {"t_end": 1.0, "dt": 1e-2, "events": "located"}
+    one = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
+    other = made.simulate(**about, derivatives="adjoint")
+    assert other.differentiable is True
+    rng = np.random.default_rng(2)
+    for shape in ((3,), (101, 3)):
+        q_bar, v_bar = rng.normal(size=shape), rng.normal(size=shape)
+        found = other.gradient(q_bar, v_bar)
+        for name in ("q0", "v0", "parameters"):
+            dq, dv = one.dq[name], one.dv[name]
+            if len(shape) == 1:
+                expected = q_bar @ dq[-1] + v_bar @ dv[-1]
+            else:
+                expected = np.einsum("ki,kij->j", q_bar, dq) + np.einsum("ki,kij->j", v_bar, dv)
+            np.testing.assert_allclose(found[name], expected, rtol=1e-11, atol=1e-10)
+
+
+def test_gradients_of_inputs(stepper: Build) -> None:
+    """A pushed mass that bounces off a wall: each step's push against differences."""
+    m = sg.Model("pushed")
+    (x,), (v,) = m.coordinates("x", units="m"), m.velocities
+    m.lagrangian = v**2 / 2 - x**4 / 4
+    (push,) = m.inputs("push")
+    m.force([push])
+    m.contact("wall", g_N=1 - x, e_N=sp.Rational(7, 10))
+    m.initial_state(q=[0], v=[1.5])
+    made = sg.build(m, stages=3, derivatives=True)
+    rng = np.random.default_rng(4)
+    u = rng.normal(size=(40, 1))
+    about: dict[str, Any] = {"t_end": 2.0, "dt": 0.05, "events": "located", "tol": 0.0}
+    traj = made.simulate(**about, inputs=u, derivatives="adjoint")
+    assert [e.kind for e in traj.events] == ["impact"]
+    found = traj.gradient([1.0], [-0.5])["inputs"]
+    assert found.shape == (40, 1)
+    for k in (0, 11, 27, 39):
+        ends = []
+        for change in (1e-4, -1e-4, 5e-5, -5e-5):
+            moved = u.copy()
+            moved[k] += change
+            run = made.simulate(**about, inputs=moved)
+            ends.append(run.q[-1, 0] - 0.5 * run.v[-1, 0])
+        wide, near = (ends[0] - ends[1]) / 2e-4, (ends[2] - ends[3]) / 1e-4
+        assert found[k, 0] == pytest.approx((4 * near - wide) / 3, rel=1e-7, abs=1e-10)
+
+
+@pytest.mark.thorough
+def test_a_long_adjoint(stepper: Build) -> None:
+    """Ten thousand steps, more than ten impacts: to 1e-7 of its norm against the forward run."""
+    made = stepper(bead_on_hoop.model, 3, derivatives=True)
+    about: dict[str, Any] = {
+        "t_end": 10.0, "dt": 1e-3, "events": "located", "q0": [1.0],
+        "parameters": {"Omega": 0.0, "e_N": 0.97, "c": 0.0},
+    }  # fmt: skip
+    one = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
+    other = made.simulate(**about, derivatives="adjoint")
+    assert sum(e.kind == "impact" for e in other.events) > 10
+    found = other.gradient([1.0], [0.3])
+    for name in ("q0", "v0", "parameters"):
+        expected = one.dq[name][-1, 0] + 0.3 * one.dv[name][-1, 0]
+        np.testing.assert_allclose(
+            found[name], expected, atol=1e-7 * max(1, np.linalg.norm(expected))
+        )
+
+
 # --- honesty --------------------------------------------------------------------------------------
 
 
@@ -236,7 +306,8 @@ def test_a_captured_step_has_none(stepper: Build) -> None:
 @pytest.mark.parametrize(
     ("words", "about"),
     [
-        ('choose "forward"', {"derivatives": "backward"}),
+        ('choose "forward" or "adjoint"', {"derivatives": "backward"}),
+        ("records every step", {"derivatives": "adjoint", "every": 2}),
         ("choose among q0, v0, parameters, inputs, t0, dt", {"of": "q"}),
         ("of is empty", {"of": ()}),
         ('need events="located"', {"events": "captured"}),

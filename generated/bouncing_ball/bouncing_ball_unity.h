@@ -371,6 +371,8 @@
 #define sg_is_contradictory bouncing_ball_own_sg_is_contradictory
 #undef sg_is_followed
 #define sg_is_followed bouncing_ball_own_sg_is_followed
+#undef sg_is_free
+#define sg_is_free bouncing_ball_own_sg_is_free
 #undef sg_is_gap
 #define sg_is_gap bouncing_ball_own_sg_is_gap
 #undef sg_is_positive
@@ -517,6 +519,8 @@
 #define sg_response bouncing_ball_own_sg_response
 #undef sg_retain
 #define sg_retain bouncing_ball_own_sg_retain
+#undef sg_right_side
+#define sg_right_side bouncing_ball_own_sg_right_side
 #undef sg_root_mass
 #define sg_root_mass bouncing_ball_own_sg_root_mass
 #undef sg_row_dot

@@ -371,6 +371,8 @@
 #define sg_is_contradictory slider_crank_own_sg_is_contradictory
 #undef sg_is_followed
 #define sg_is_followed slider_crank_own_sg_is_followed
+#undef sg_is_free
+#define sg_is_free slider_crank_own_sg_is_free
 #undef sg_is_gap
 #define sg_is_gap slider_crank_own_sg_is_gap
 #undef sg_is_positive
@@ -517,6 +519,8 @@
 #define sg_response slider_crank_own_sg_response
 #undef sg_retain
 #define sg_retain slider_crank_own_sg_retain
+#undef sg_right_side
+#define sg_right_side slider_crank_own_sg_right_side
 #undef sg_root_mass
 #define sg_root_mass slider_crank_own_sg_root_mass
 #undef sg_row_dot

@@ -59,10 +59,39 @@ static real sg_row_forward(const SG(work) * w, const sg_problem *pr, int i) {
     return w->rows.slip[i] * radius + sg_phi_change(w, pr, i, f->y, SG_C(0.0), -1);
 }
 
+/* The direction for other residuals of the problem whose system was solved last. */
+static void sg_solve_again(SG(work) * w, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    const int n = w->system.left;
+    int a;
+    sg_smooth_rows(w, pr);
+    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), w->newton.dR);
+    for (a = 0; a < n; ++a) {
+        const int follower = w->system.follower[w->system.reduced[a]];
+        if (follower >= 0) {
+            sg_leave(w, pr, follower, w->rows.phi[follower]);
+        }
+    }
+    sg_solve_smooth(w, problem, 0, w->smooth.dx);
+    for (a = 0; a < n; ++a) {
+        sg_right_side(w, pr, a);
+        w->system.solution[a] = w->system.rhs[a];
+    }
+    if (w->system.rank >= 0) {
+        sg_cod_solve(n, w->system.rank, w->system.S, w->system.perm, w->system.tau, w->system.tau_z,
+                     w->system.rhs, w->system.scratch, w->system.solution);
+    } else if (n == 1) {
+        w->system.solution[0] = w->system.rhs[0] / w->system.S[0];
+    } else if (n > 1) {
+        sg_lu_solve(n, w->system.LU, w->system.perm, w->system.solution);
+    }
+    sg_expand_direction(w, pr, n);
+}
+
 /* Changes of the unknowns of a problem whose solution stands in the work struct with its
-   derivatives, along the direction at hand; then of all that follows from them. */
+   derivatives, along direction j; for the first one the system is factorised. */
 static void sg_solve_forward(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             int problem) {
+                             int problem, int j) {
     const sg_problem *pr = &sg_problems[problem];
     SG(forward) *f = &w->forward;
     const int n_rows = pr->n_slots * SG_N_R;
@@ -75,16 +104,19 @@ static void sg_solve_forward(SG(work) * w, const SG(params) * par, const SG(opti
     for (i = 0; i < n_rows; ++i) {
         w->rows.phi[i] = sg_row_forward(w, pr, i);
     }
-    w->system.deficiency = 0;
-    if (sg_newton_direction(w, opt, problem, 0) < 0) {
-        sg_lose(w, SG_IS_SINGULAR, -1);
-        return;
+    if (j > 0) {
+        sg_solve_again(w, problem);
+    } else {
+        w->system.deficiency = 0;
+        if (sg_newton_direction(w, opt, problem, 0) < 0) {
+            sg_lose(w, SG_IS_SINGULAR, -1);
+            w->system.left = 0;
+        }
     }
     for (i = 0; i < pr->n_x; ++i) {
         f->x[pr->x + sg_table[pr->K.order + i]] = w->smooth.dx[i];
     }
     sg_copy(n_rows, w->newton.dR, &f->R[pr->R]);
-    SG(values_forward)(w, par, problem);
 }
 
 /* 1 if a small change of the data leaves every row of an impact in its kind. */
@@ -170,7 +202,7 @@ static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(opt
     SG(derivatives)(w, par, SG_IMPACT);
     for (j = 0; j < d->count; ++j) {
         sg_turn_to(w, par, j, SG_C(0.0));
-        sg_solve_forward(w, par, opt, SG_IMPACT);
+        sg_solve_forward(w, par, opt, SG_IMPACT, j);
         sg_copy(SG_N_Q, &w->forward.x[pr->x], &d->v[j * SG_N_Q]);
     }
 }
@@ -257,7 +289,7 @@ static void sg_forward_forces(SG(work) * w, const SG(params) * par, const SG(opt
         SG(values_forward)(w, par, SG_ACCELERATIONS);
         sg_copy(SG_N_BOUNDS, f->radius, &d->bound[j * SG_N_BOUNDS]);
         sg_change_given(w, j, SG_C(1.0), SG_C(0.0), 0);
-        sg_solve_forward(w, par, opt, SG_ACCELERATIONS);
+        sg_solve_forward(w, par, opt, SG_ACCELERATIONS, j);
         sg_copy(SG_N_R, &f->R[pr->R], force);
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
@@ -390,7 +422,10 @@ static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(option
                         &f->R[other->R]);
                 SG(values_forward)(w, par, before);
             }
-            sg_solve_forward(w, par, opt, problem);
+            sg_solve_forward(w, par, opt, problem, j);
+            if (problem == SG_SEGMENT) {
+                SG(values_forward)(w, par, problem); /* where it ends */
+            }
             sg_copy(pr->n_x, &f->x[pr->x], &d->x[j * SG_N_X_TOTAL + pr->x]);
             sg_copy(n_rows, &f->R[pr->R], &d->R[j * SG_N_ROWS_TOTAL + pr->R]);
             if (problem == last) {

@@ -75,6 +75,8 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     const sg_problem *pr = &sg_problems[problem];
     int n = sg_reduce(w, problem, w->system.deficiency == 0);
     int rank, a;
+    w->system.left = n;
+    w->system.rank = -1;
     if (n <= 0 && (n < 0 || w->smooth.bordered)) {
         sg_expand_direction(w, pr, 0);
         return n;
@@ -90,6 +92,8 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
         }
     }
     rank = sg_cod_factor(n, w->system.S, w->system.perm, w->system.tau, w->system.tau_z);
+    w->system.left = n;
+    w->system.rank = rank;
     sg_cod_solve(n, rank, w->system.S, w->system.perm, w->system.tau, w->system.tau_z,
                  w->system.rhs, w->system.scratch, w->system.solution);
     if (soft && rank < n && sg_is_contradictory(w, opt, n, rank)) {

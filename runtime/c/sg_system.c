@@ -29,14 +29,36 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
     }
 }
 
+/* 1 if the kinematics of row a of the reduced system are to vanish. */
+static inline int sg_is_free(const SG(work) * w, int a) {
+    const int row = w->system.reduced[a];
+    return row % SG_ROWS_OF_SLOT < SG_SLIP || w->rows.kind[row] == SG_ROW_FREE;
+}
+
+/* Right-hand side of row a of the reduced system. */
+static inline void sg_right_side(SG(work) * w, const sg_problem *pr, int a) {
+    const int row = w->system.reduced[a];
+    const real *z = w->smooth.dx;
+    real change;
+    int e;
+    if (sg_is_free(w, a)) {
+        change = w->scales.prox_r[row] * sg_row_dot(&pr->C, w->C, row, z);
+    } else {
+        const sg_slip *slip = &sg_slips[row % SG_ROWS_OF_SLOT - SG_SLIP];
+        const int first = row - slip->component;
+        for (e = 0; e < sg_contacts[slip->contact].components; ++e) {
+            w->system.dy[first + e] = sg_row_dot(&pr->C, w->C, first + e, z);
+        }
+        change = sg_phi_change(w, pr, row, w->system.dy, sg_bound_change(w, pr, row, z), -1);
+    }
+    w->system.rhs[a] = -(w->rows.phi[row] + change) * w->system.inverse_scale[a];
+}
+
 /* Row a of the reduced system where its kinematics are to vanish. */
 static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a) {
     const int row = w->system.reduced[a];
-    const real r = w->scales.prox_r[row];
-    const real weight = r * w->system.inverse_scale[a];
+    const real weight = w->scales.prox_r[row] * w->system.inverse_scale[a];
     int b;
-    w->system.rhs[a] = -(w->rows.phi[row] + r * sg_row_dot(&pr->C, w->C, row, w->smooth.dx)) *
-                       w->system.inverse_scale[a];
     for (b = 0; b < n; ++b) {
         const real dy = sg_row_dot(&pr->C, w->C, row, &w->system.Z[b * pr->n_border]);
         w->system.S[b * n + a] = -(weight * w->system.root_scale[b]) * dy;
@@ -50,20 +72,15 @@ static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, in
     const int first = row - sg_slips[c].component;
     real *dy = w->system.dy;
     int b, e;
-    for (b = -1; b < n; ++b) {
-        const real *z = b < 0 ? w->smooth.dx : &w->system.Z[b * pr->n_border];
-        const real sign = b < 0 ? SG_C(1.0) : SG_C(-1.0);
-        const int column = b < 0 ? -1 : w->system.reduced[b];
+    for (b = 0; b < n; ++b) {
+        const real *z = &w->system.Z[b * pr->n_border];
+        const int column = w->system.reduced[b];
         real change;
         for (e = 0; e < contact->components; ++e) {
-            dy[first + e] = sign * sg_row_dot(&pr->C, w->C, first + e, z);
+            dy[first + e] = -sg_row_dot(&pr->C, w->C, first + e, z);
         }
-        change = sg_phi_change(w, pr, row, dy, sign * sg_bound_change(w, pr, row, z), column);
-        if (b < 0) {
-            w->system.rhs[a] = -(w->rows.phi[row] + change) * w->system.inverse_scale[a];
-        } else {
-            w->system.S[b * n + a] = change * w->system.root_scale[b] * w->system.inverse_scale[a];
-        }
+        change = sg_phi_change(w, pr, row, dy, -sg_bound_change(w, pr, row, z), column);
+        w->system.S[b * n + a] = change * w->system.root_scale[b] * w->system.inverse_scale[a];
     }
 }
 
@@ -72,11 +89,11 @@ static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
     int a;
     for (a = 0; a < n; ++a) {
         const int row = w->system.reduced[a];
-        const int c = row % SG_ROWS_OF_SLOT - SG_SLIP;
-        if (c < 0 || w->rows.kind[row] == SG_ROW_FREE) {
+        sg_right_side(w, pr, a);
+        if (sg_is_free(w, a)) {
             sg_free_row(w, pr, n, a);
         } else {
-            sg_slipping_row(w, pr, n, a, c);
+            sg_slipping_row(w, pr, n, a, row % SG_ROWS_OF_SLOT - SG_SLIP);
         }
     }
 }

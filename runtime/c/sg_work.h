@@ -58,6 +58,8 @@ typedef struct {
 /* sg_system.c: the system reduced to the percussions. */
 typedef struct {
     int condensed;           /* whether percussions that need no pivoting are eliminated, too */
+    int left;                /* percussions left in the system last solved */
+    int rank;                /* its rank; -1: it was factorised as it is */
     int deficiency;          /* dependent rows in the last direction */
     int follower[SG_N_ROWS]; /* friction row eliminated with this one, or -1 */
     int reduced[SG_N_ROWS];  /* rows of the system */
