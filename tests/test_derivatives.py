@@ -16,8 +16,11 @@ from signorini.models import (
     conveyor_oscillator,
     hopper,
     slope,
+    vibrating_table,
     woodpecker,
 )
+from signorini.stress.campaign import case_of
+from signorini.stress.corpus import SCENES as SCENES_OF_CORPUS
 from test_located import sled
 
 Build = Callable[..., sg.Stepper]
@@ -169,6 +172,67 @@ def test_differences(stepper: Build, scene: str) -> None:
     assert compared >= len(q)
 
 
+DRAWN = (
+    *("box_drop", "box_rests_elastic", "box_large_steps", "groove", "groove_triangle"),
+    *("groove_shaken", "painleve", "rocking", "wheel", "pendulum", "woodpecker", "vibrating"),
+    *("belt", "ties", "grazing", "chute"),
+)
+
+
+def judged(made: sg.Stepper, wide: sg.Stepper, scene: str, number: int) -> str:
+    """A drawn run along a drawn direction: good, flagged, or what else there is to say."""
+    case = case_of(scene, 1, number)
+    q, v = made.project(case.q, case.v, case.t, case.parameters)
+    start = made.initial_state(case.parameters)[0] if case.t is None else case.t
+    steps = min(SCENES_OF_CORPUS[scene].steps, 60)
+    about: dict[str, Any] = {
+        "t0": start, "t_end": start + steps * case.dt, "dt": case.dt, "events": "located",
+        "tol": 0.0, "parameters": case.parameters,
+    }  # fmt: skip
+    try:
+        traj = made.simulate(**about, q0=q, v0=v, derivatives="forward", of=("q0", "v0"))
+    except sg.StepError:
+        return "unsolved"
+    if traj.differentiable is not True:
+        return "flagged"
+    slopes = [np.hstack([change["q0"][-1], change["v0"][-1]]) for change in (traj.dq, traj.dv)]
+    slope = np.vstack(slopes)
+    free = ~np.isnan(slope).any(axis=0)
+    direction = np.where(free, np.random.default_rng(number).normal(size=len(free)), 0)
+    if not free.any():
+        return "no free direction"
+    mine = slope[:, free] @ direction[free]
+    errors, alike = [], True
+    for power in (20, 24, 28, 34):
+        ends = []
+        for factor in (1.0, -1.0, 0.5, -0.5):
+            moved = np.longdouble(2.0) ** -power * factor * direction
+            try:
+                run = wide.simulate(**about, q0=q + moved[: len(q)], v0=v + moved[len(q) :])
+            except (sg.InconsistentStartError, sg.StepError):
+                return "no run beside"
+            alike &= [e.kind for e in run.events] == [e.kind for e in traj.events]
+            ends.append(np.concatenate([run.q[-1], run.v[-1]]) * np.longdouble(2.0) ** power)
+        found = (4 * (ends[2] - ends[3]) - (ends[0] - ends[1]) / 2) / 3
+        errors.append(float(np.max(np.abs(found - mine))) / max(1.0, float(np.max(np.abs(mine)))))
+    # in chaos the smallest difference is too large
+    return "good" if min(errors) < 1e-6 else "bad" if alike else "other events beside"
+
+
+@WIDE
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", DRAWN)
+def test_no_wrong_number_goes_unflagged(stepper: Build, scene: str) -> None:
+    """Sixty drawn starts of a scene of the corpus."""
+    model = SCENES_OF_CORPUS[scene].model
+    made = stepper(model, 2, derivatives=True)
+    wide = stepper(model, 2, events="located", precision="extended")
+    found = [judged(made, wide, scene, number) for number in range(60)]
+    assert "bad" not in found, found.index("bad")
+    assert found.count("other events beside") <= 4
+    assert "good" in found
+
+
 # --- adjoint --------------------------------------------------------------------------------------
 
 
@@ -237,6 +301,33 @@ def test_a_long_adjoint(stepper: Build) -> None:
         np.testing.assert_allclose(
             found[name], expected, atol=1e-7 * max(1, np.linalg.norm(expected))
         )
+
+
+# --- stability ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", [0.3, 0.5, 0.8])
+def test_where_a_bounce_doubles_its_period(stepper: Build, e: float) -> None:
+    """Ball on a shaken table (Luck, Mehta, 1993): multipliers -1 and -e^2 at the doubling."""
+    made = stepper(vibrating_table.model, 3, derivatives=True)
+    omega = 2 * np.pi * 20
+    Gamma = np.hypot(np.pi * (1 - e) / (1 + e), 2 * (1 + e**2) / (1 + e) ** 2)
+    phase = np.arccos(np.pi * (1 - e) / (1 + e) / Gamma)  # of the table at the impact
+    size = Gamma * 9.81 / omega**2
+    apex = size * np.sin(phase) + (np.pi * 9.81 / omega) ** 2 / (2 * 9.81)
+    t0, period = (phase + np.pi) / omega, 2 * np.pi / omega
+    traj = made.simulate(
+        t0=t0, t_end=t0 + period, dt=period / 41, q0=[apex], v0=[0.0], events="located", tol=0.0,
+        parameters={"Gamma": Gamma, "omega": omega, "e_N": e}, derivatives="forward",
+        of=("q0", "v0"),
+    )  # fmt: skip
+    assert traj.differentiable is True
+    assert traj.q[-1, 0] == pytest.approx(apex, rel=1e-8)  # the orbit closes
+    monodromy = np.block(
+        [[traj.dq["q0"][-1], traj.dq["v0"][-1]], [traj.dv["q0"][-1], traj.dv["v0"][-1]]]
+    )
+    assert np.linalg.det(monodromy) == pytest.approx(e**2, rel=1e-7)
+    np.testing.assert_allclose(sorted(np.linalg.eigvals(monodromy).real), [-1, -(e**2)], rtol=1e-6)
 
 
 # --- honesty --------------------------------------------------------------------------------------

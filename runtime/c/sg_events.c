@@ -216,6 +216,23 @@ static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, rea
     return x;
 }
 
+/* A gap that falls at the share a (value f_a) and rises at b: it may close between. */
+static void sg_seek_dip(SG(work) * w, const SG(params) * par, sg_happening *event, real a, real f_a,
+                        real b) {
+    real value;
+    const real x = sg_smallest_between(w, par, event->contact, a, b, &value);
+    if (value < SG_C(0.0)) {
+        sg_find_root(w, par, event, a, f_a, x, value);
+    }
+#if SG_DERIVATIVES
+    if (value >= SG_C(0.0) && value <= SG_TOUCH * sg_event_scale(w, event->what, event->contact) &&
+        (w->directions.near == 0 || x < w->directions.near_at)) {
+        w->directions.near = event->contact + 1;
+        w->directions.near_at = x;
+    }
+#endif
+}
+
 /* Event function of contact k between the share `from`, looked at before, and `to`, where the step
    looks; what is found comes into *event. Returns 0 if the modes do not fit: the function is
    negative from the start. */
@@ -267,18 +284,7 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
         return 1;
     }
     if (what == SG_GAP_CLOSES && w->segment.seen[k] && rate_a < SG_C(0.0) && rate_b > SG_C(0.0)) {
-        real value;
-        const real x = sg_smallest_between(w, par, k, a, b, &value);
-        if (value < SG_C(0.0)) {
-            sg_find_root(w, par, event, a, f_a, x, value);
-        }
-#if SG_DERIVATIVES
-        if (value >= SG_C(0.0) && value <= SG_TOUCH * sg_event_scale(w, what, k) &&
-            (w->directions.near == 0 || x < w->directions.near_at)) {
-            w->directions.near = k + 1;
-            w->directions.near_at = x;
-        }
-#endif
+        sg_seek_dip(w, par, event, a, f_a, b);
     }
     return 1;
 }
