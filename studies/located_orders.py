@@ -122,7 +122,7 @@ def _orders(study: Study, scene: Scene, stages: tuple[int, ...]) -> None:
             }  # fmt: skip
             if events == "located":
                 # from the coarsest to the finest that round-off leaves alone
-                floor = 1e-16 if precision == "extended" else 1e-13
+                floor = 5e-17 if precision == "extended" else 1e-13
                 k = max((k for k in range(1, 4) if errors[k] > floor), default=0)
                 if k == 0:
                     continue

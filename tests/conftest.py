@@ -75,6 +75,13 @@ FURTHER = re.compile(
             r"test_view.py::test_arrows.*(woodpecker|slider_crank|rocking_block|box_in_space)",
             r"test_view.py::test_(legends_cover|friction_of_contacts|titles_do_not)",
             r"test_documentation.py::test_blocks_run",
+            r"test_bodies.py::test_two_polygons_collide",
+            r"test_check.py::test_models_pass\[box.model",
+            r"test_elliptic.py::test_the_ellipse_is_a_disc",
+            r"test_polygons.py::test_(a_notch|a_tilted.*0.03|random_stacks)",
+            r"test_stress.py::test_central_paths_are_needed",
+            r"test_derivatives.py::test_(gradients_of_inputs|two_contacts|a_bounce_shot|a_struck)",
+            r"test_runs.py::test_extended_precision",
         )
     )
 )
