@@ -88,17 +88,21 @@ static void sg_solve_again(SG(work) * w, int problem) {
     sg_expand_direction(w, pr, n);
 }
 
-/* Changes of the unknowns of a problem whose solution stands in the work struct with its
-   derivatives, along direction j; for the first one the system is factorised. */
-static void sg_solve_forward(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             int problem, int j) {
+/* Changes of the rows of a problem along the direction at hand where its unknowns stay. */
+static void sg_ask_forward(SG(work) * w, const SG(params) * par, int problem) {
+    const sg_problem *pr = &sg_problems[problem];
+    sg_fill(pr->n_x, SG_C(0.0), &w->forward.x[pr->x]);
+    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), &w->forward.R[pr->R]);
+    SG(values_forward)(w, par, problem);
+}
+
+/* Changes of the unknowns that make up for them, for direction j; the solution stands in the work
+   struct with its derivatives. For the first direction the system is factorised. */
+static void sg_answer_forward(SG(work) * w, const SG(options) * opt, int problem, int j) {
     const sg_problem *pr = &sg_problems[problem];
     SG(forward) *f = &w->forward;
     const int n_rows = pr->n_slots * SG_N_R;
     int i;
-    sg_fill(pr->n_x, SG_C(0.0), &f->x[pr->x]);
-    sg_fill(n_rows, SG_C(0.0), &f->R[pr->R]);
-    SG(values_forward)(w, par, problem);
     sg_copy(pr->n_x, f->r, w->r);
     sg_copy(n_rows, f->y, w->y);
     for (i = 0; i < n_rows; ++i) {
@@ -117,6 +121,12 @@ static void sg_solve_forward(SG(work) * w, const SG(params) * par, const SG(opti
         f->x[pr->x + sg_table[pr->K.order + i]] = w->smooth.dx[i];
     }
     sg_copy(n_rows, w->newton.dR, &f->R[pr->R]);
+}
+
+static void sg_solve_forward(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                             int problem, int j) {
+    sg_ask_forward(w, par, problem);
+    sg_answer_forward(w, opt, problem, j);
 }
 
 /* 1 if a small change of the data leaves every row of an impact in its kind. */
@@ -399,45 +409,55 @@ static void sg_stand_in(SG(work) * w, const SG(params) * par, const SG(options) 
     SG(derivatives)(w, par, problem);
 }
 
-/* Changes of the end of the segment at hand, with its size as it is, and by its size. */
-static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
+/* Changes of the end of a segment of one problem, with its size as it is, and by its size; of its
+   positions, where velocities at the end are another problem: then its rows are asked, too. */
+static void sg_forward_stages(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                              int problem, int end) {
     SG(directions) *d = &w->directions;
     SG(forward) *f = &w->forward;
-    const int first = w->segment.rubs ? SG_SEGMENT : 0;
-    const int last = w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1;
+    const sg_problem *pr = &sg_problems[end];
     const real part = w->segment.span / w->segment.h;
-    int problem, before, j;
-    for (problem = first; problem <= last; ++problem) {
-        const sg_problem *pr = &sg_problems[problem];
-        const int n_rows = pr->n_slots * SG_N_R;
-        sg_stand_in(w, par, opt, problem);
-        for (j = 0; j <= d->count; ++j) {
-            const real longer = j == d->count ? SG_C(1.0) : SG_C(0.0);
-            sg_turn_to(w, par, j, longer);
-            sg_change_given(w, j, part, longer / w->segment.h, 1);
-            for (before = first; before < problem; ++before) {
-                const sg_problem *other = &sg_problems[before];
-                sg_copy(other->n_x, &d->x[j * SG_N_X_TOTAL + other->x], &f->x[other->x]);
-                sg_copy(other->n_slots * SG_N_R, &d->R[j * SG_N_ROWS_TOTAL + other->R],
-                        &f->R[other->R]);
-                SG(values_forward)(w, par, before);
-            }
-            sg_solve_forward(w, par, opt, problem, j);
-            if (problem == SG_SEGMENT) {
-                SG(values_forward)(w, par, problem); /* where it ends */
-            }
-            sg_copy(pr->n_x, &f->x[pr->x], &d->x[j * SG_N_X_TOTAL + pr->x]);
-            sg_copy(n_rows, &f->R[pr->R], &d->R[j * SG_N_ROWS_TOTAL + pr->R]);
-            if (problem == last) {
-                if (w->segment.rubs) {
-                    SG(finish_segment_forward)(w);
-                } else {
-                    SG(finish_forward)(w);
-                }
-                sg_copy(SG_N_Q, f->q_end, &d->q_end[j * SG_N_Q]);
-                sg_copy(SG_N_Q, f->v_end, &d->v_end[j * SG_N_Q]);
-            }
+    int j;
+    sg_stand_in(w, par, opt, problem);
+    if (end != problem) {
+        SG(values)(w, par, end);
+    }
+    for (j = 0; j <= d->count; ++j) {
+        const real longer = j == d->count ? SG_C(1.0) : SG_C(0.0);
+        sg_turn_to(w, par, j, longer);
+        sg_change_given(w, j, part, longer / w->segment.h, 1);
+        sg_solve_forward(w, par, opt, problem, j);
+        SG(values_forward)(w, par, problem); /* of all that follows from the unknowns */
+        if (end == problem) {
+            SG(finish_segment_forward)(w);
+            sg_copy(SG_N_Q, f->v_end, &d->v_end[j * SG_N_Q]);
+        } else {
+            sg_ask_forward(w, par, end);
+            sg_copy(pr->n_x, f->r, &d->r[j * SG_N_X]);
+            sg_copy(pr->n_slots * SG_N_R, f->y, &d->y[j * SG_N_ROWS]);
+            SG(finish_forward)(w);
         }
+        sg_copy(SG_N_Q, f->q_end, &d->q_end[j * SG_N_Q]);
+    }
+}
+
+/* Changes of the end of the segment at hand. */
+static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
+    SG(directions) *d = &w->directions;
+    const int last = SG_N_CHAIN - 1;
+    const sg_problem *pr = &sg_problems[last];
+    int j;
+    if (w->segment.rubs) {
+        sg_forward_stages(w, par, opt, SG_SEGMENT, SG_SEGMENT);
+        return;
+    }
+    sg_forward_stages(w, par, opt, 0, last);
+    sg_stand_in(w, par, opt, last);
+    for (j = 0; j <= d->count; ++j) {
+        sg_copy(pr->n_x, &d->r[j * SG_N_X], w->forward.r);
+        sg_copy(pr->n_slots * SG_N_R, &d->y[j * SG_N_ROWS], w->forward.y);
+        sg_answer_forward(w, opt, last, j);
+        sg_copy(SG_N_Q, &w->forward.x[pr->x], &d->v_end[j * SG_N_Q]);
     }
 }
 

@@ -25,8 +25,8 @@ typedef struct {
     real force[SG_N_WAYS * SG_N_R];      /* of the percussions of a whole step at the place */
     real bound[SG_N_WAYS * SG_N_BOUNDS]; /* of given bounds there, times the step size */
     real direction[SG_N_WAYS * SG_N_F];  /* of the directions of slip */
-    real x[SG_N_WAYS * SG_N_X_TOTAL];    /* of the unknown velocities of a segment */
-    real R[SG_N_WAYS * SG_N_ROWS_TOTAL]; /* of its percussions */
+    real r[SG_N_WAYS * SG_N_X];     /* of the smooth rows of the velocities at a segment's end */
+    real y[SG_N_WAYS * SG_N_ROWS];  /* of its kinematic rows */
     real q_end[SG_N_WAYS * SG_N_Q]; /* of its end, with its size as it is; the last: by its size */
     real v_end[SG_N_WAYS * SG_N_Q]; /* velocities there */
     real event[SG_N_WAYS];          /* of the event function there */
