@@ -136,9 +136,13 @@ def test_models(make: Callable[[], sg.Model], stages: int, vanishing: bool, tmp_
     assert int(re.search(r"steps (\d+)", said)[1]) > 0
 
 
-def located_units(make: Callable[[], sg.Model], stages: int, folder: Path, starts: int) -> str:
+def located_units(
+    make: Callable[[], sg.Model], stages: int, folder: Path, starts: int, derivatives: bool = False
+) -> str:
     """Located steps of any model from drawn starts."""
-    folder = sg.generate(make(), folder, stages=stages, prefix="m", events="located")
+    folder = sg.generate(
+        make(), folder, stages=stages, prefix="m", events="located", derivatives=derivatives
+    )
     for source in (folder / "m.c", folder / "m_model.c"):
         source.write_text(branch_coverage.with_lines(source.read_text()))
     source = ROOT / "tests" / "c" / "run_located.c"
@@ -146,10 +150,12 @@ def located_units(make: Callable[[], sg.Model], stages: int, folder: Path, start
 
 
 @pytest.mark.thorough
-def test_located_steps_of_any_model(tmp_path: Path) -> None:
-    """Redundant contacts, guards, friction elements: what a step leaves in the scratch is nothing
-    to the next, it ends at its time, without penetration."""
-    assert all_hold(located_units(mixed_contacts, 2, tmp_path / "m", 20))
+@pytest.mark.parametrize("make", [mixed_contacts, rheonomic, anisotropic])
+def test_located_steps_of_any_model(make: Callable[[], sg.Model], tmp_path: Path) -> None:
+    """Redundant contacts, guards, friction elements, time everywhere: what a step leaves in the
+    scratch is nothing to the next, it ends at its time, without penetration, and alike where it is
+    differentiated."""
+    assert all_hold(located_units(make, 2, tmp_path / "m", 20, derivatives=True))
 
 
 LOCATED = (

@@ -369,7 +369,7 @@ static int sg_leaves_start(SG(work) * w, const SG(params) * par) {
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                              SG(info) * info, int struck) {
     SG(directions) *d = &w->directions;
-    int j, k;
+    int used, j, k;
     for (k = 0; k < SG_N_CONTACTS && !struck && d->begins && !d->fresh; ++k) {
         if (w->segment.mode[k] != w->segment.before[k] && w->segment.before[k] != SG_K(UNKNOWN)) {
             sg_lose(w, SG_TOGETHER, k); /* a mode ends with the step */
@@ -391,11 +391,18 @@ static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(opti
     if (!w->segment.rubs) {
         return;
     }
+    /* modes that were sought are held now; the step goes on with what it has found */
+    sg_keep_start(w);
+    used = info->iterations;
     if (sg_find_forces(w, par, opt, info) == SG_K(OK)) {
         sg_forward_forces(w, par, opt, d->count - 1);
     } else {
         sg_lose(w, SG_IS_SINGULAR, -1);
     }
+    info->iterations = used;
+    sg_copy(SG_N_Q, w->segment.start_acceleration, w->segment.acceleration);
+    sg_copy(SG_N_R, w->segment.start_force, w->segment.force);
+    sg_copy(SG_N_BOUNDS, w->segment.start_bound, w->segment.bound);
 }
 
 /* The solved segment once more: its unknowns in the problem, with rows as the modes say. */
