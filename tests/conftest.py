@@ -84,7 +84,6 @@ FURTHER = re.compile(
             r"test_derivatives.py::test_(where_a_bounce|a_grazing)",
             r"test_located.py::test_order_through_events\[knife",
             r"test_bodies.py::test_top_in_two_sets",
-            r"test_new.py::test_a_new_file_runs_and_is_drawn\[plane",
             r"test_runs.py::test_extended_precision",
         )
     )
