@@ -263,8 +263,8 @@ def markdown(results: Results) -> str:
             "",
             *_table(*others(results)),
             "",
-            "The slipping ball is exact to round-off where steps are cut at its impact and at the end of "
-            "its slip: its motion between them is quadratic.",
+            "The slipping ball is exact to round-off where steps are cut at its impact and at the "
+            "end of its slip: its motion between them is quadratic.",
             "",
             "![cost against error of the slipping ball](cost.png)",
             "",
