@@ -57,12 +57,10 @@ class Stepper(Compiled):
 
     def __init__(self, library: Library) -> None:
         super().__init__(library)
-        # makes the same stepper with located events; `signorini.build` says how
+        # what makes the same stepper with more in it, and what it has made: `signorini.build`
         self.locating: Callable[[], Stepper] | None = None
-        self._locating: Stepper | None = None
-        # the same with derivatives
         self.differentiating: Callable[[], Stepper] | None = None
-        self._differentiating: Stepper | None = None
+        self._made: dict[str, Stepper] = {}
 
     def fitting(self, options: RunOptions) -> "Stepper":
         """The stepper that has what the options ask for: this one, or one made on first use."""
@@ -74,27 +72,25 @@ class Stepper(Compiled):
                 f"model '{self.name}': events=\"located\" needs the scheme lobatto, and this is "
                 f"{m['scheme']}"
             )
-        if self._locating is None:
-            if self.locating is None:
-                raise RunError(
-                    f"the stepper of '{self.name}' was generated without located events: generate "
-                    'it again with events="located" (signorini generate --events located)'
-                )
-            self._locating = self.locating()
-        return self._locating
+        return self._more("located events", 'events="located"', "--events located", self.locating)
 
     def differentiable(self) -> "Stepper":
         """The stepper that can differentiate its steps: this one, or one made on first use."""
         if self.manifest["derivatives"]:
             return self
-        if self._differentiating is None:
-            if self.differentiating is None:
+        return self._more("derivatives", "derivatives=True", "--derivatives", self.differentiating)
+
+    def _more(
+        self, what: str, option: str, switch: str, make: Callable[[], "Stepper"] | None
+    ) -> "Stepper":
+        if what not in self._made:
+            if make is None:
                 raise RunError(
-                    f"the stepper of '{self.name}' was generated without derivatives: generate it "
-                    "again with derivatives=True (signorini generate --derivatives)"
+                    f"the stepper of '{self.name}' was generated without {what}: generate it again "
+                    f"with {option} (signorini generate {switch})"
                 )
-            self._differentiating = self.differentiating()
-        return self._differentiating
+            self._made[what] = make()
+        return self._made[what]
 
     def __repr__(self) -> str:
         m, n = self.manifest, self.sizes

@@ -209,7 +209,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("friction of a segment's first stage goes along the slip", "runtime/c/sg_modes.c", "? -(w->segment.mu[k] * w->segment.direction[f])", "? (w->segment.mu[k] * w->segment.direction[f])"),
     Mutant("an event is taken where it was first looked for", LOCATED, "(falls && (SG_FABS(next - tau) <= noise || high - low <= noise))", "round >= 0"),
     Mutant("events do not move in time", FORWARD, ": -(d->event[j] / d->event[last]);", ": SG_C(0.0);"),
-    Mutant("friction does not change with its coefficient", FORWARD, "radius = f->mu[sg_slips[c].contact] *", "radius = SG_C(0.0) *"),
+    Mutant("friction does not change with its coefficient", "runtime/c/sg_directions.c", "radius = f->mu[sg_slips[c].contact] *", "radius = SG_C(0.0) *"),
     Mutant("grazing contacts are differentiated", "runtime/c/sg_real.h", "#define SG_STEEP SG_C(0.0001220703125)", "#define SG_STEEP SG_C(0.0)"),
     Mutant("parameters stand for their changes", "codegen/c/refs.py", 'return "par" if value.owner == WORK else f"&{_OWNERS[value.owner]}par"', 'return "par"'),
     Mutant("changes of fields are those of their neighbours", "codegen/forward.py", "self.twins[point].stored(name).index(nonzero)", "0"),
