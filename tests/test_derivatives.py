@@ -381,6 +381,20 @@ def test_two_contacts_at_once_have_none() -> None:
     assert "at one time" in found[0].why
 
 
+def test_an_impact_that_slides_on_an_ellipse_has_none() -> None:
+    """Its axes are not differentiated; nothing but the impact happens."""
+    m = sg.Model("skate")
+    (_, _, z), (v_x, v_y, v_z) = m.coordinates("x y z", units="m m m"), m.velocities
+    m.lagrangian = (v_x**2 + v_y**2 + v_z**2) / 2 - 10 * z
+    mu = m.parameters(mu_1=0.1, mu_2=0.3)
+    m.contact("ice", g_N=z, gamma_F=[v_x, v_y], mu=mu, e_N=sp.Rational(1, 2))
+    m.initial_state(q=[0, 0, 0.2], v=[3, 2, 0])
+    found = lost(sg.build(m, stages=2, derivatives=True), t_end=0.3, dt=1e-2)
+    assert [(f.contact, f.why.split(" is ")[-1]) for f in found] == [
+        ("ice", "where its law has a corner")
+    ]
+
+
 def test_a_contact_brought_to_rest_has_none(stepper: Build) -> None:
     made = stepper(bouncing_ball.model, 3, derivatives=True)
     found = lost(made, t_end=2.0, dt=1e-2, v0={"phi": 0.0}, parameters={"e_N": 0.5})
