@@ -5,7 +5,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from signorini.runtime.derivatives import Directions
+from signorini.runtime.derivatives import Seeds, Walk
 from signorini.runtime.errors import RunError
 from signorini.runtime.options import RunOptions
 from signorini.runtime.stepper import Stepper
@@ -42,8 +42,7 @@ def casadi_step(
     """
     if not isinstance(steps, (int, np.integer)) or steps < 1:
         raise RunError(f"steps = {steps!r}: give a number of steps of at least 1")
-    walk = _Walk(stepper.differentiable(), float(dt), float(t0), int(steps), options)
-    step = _Step(walk)
+    step = _Step(_Steps(stepper.differentiable(), float(dt), float(t0), int(steps), options))
     _KEPT.append(step)
     return step
 
@@ -53,7 +52,7 @@ _IN, _OUT = ("q", "v", "u", "par"), ("q_next", "v_next")
 _KEPT: list[ca.Callback] = []
 
 
-class _Walk:
+class _Steps:
     """Steps from (q, v) with inputs and parameters, and their derivatives."""
 
     def __init__(
@@ -65,17 +64,18 @@ class _Walk:
         self.sizes = (n["n_q"], n["n_q"], n["n_u"], n["n_par"])
         self.names = list(stepper.parameters)
 
-    def __call__(self, of: tuple[str, ...], arguments: Sequence[Any]) -> Directions:
+    def __call__(self, of: tuple[str, ...], arguments: Sequence[Any]) -> Walk:
         q, v, u, par = (np.array(x, dtype=float).ravel() for x in arguments)
         parameters = self.stepper.check_parameters(dict(zip(self.names, par, strict=True)))
-        walk = Directions(self.stepper, parameters, self.options, (self.t0, q, v), of, fresh=False)
+        seeds = Seeds(self.stepper, of, fresh=False)
+        walk = Walk(self.stepper, parameters, self.options, (self.t0, q, v), seeds)
         for _ in range(self.steps):
             walk.step(u, self.dt)
         return walk
 
 
 class _Step(ca.Callback):
-    def __init__(self, walk: _Walk) -> None:
+    def __init__(self, walk: _Steps) -> None:
         ca.Callback.__init__(self)
         self.walk = walk
         self.construct(f"{walk.stepper.name}_step", {})
@@ -118,7 +118,7 @@ class _Slopes(ca.Callback):
     def __init__(
         self,
         name: str,
-        walk: _Walk,
+        walk: _Steps,
         inames: Sequence[str],
         onames: Sequence[str],
         options: Mapping[str, Any],

@@ -36,7 +36,7 @@ def with_forward(d: Derivation, scheme: Scheme) -> Scheme:
     d : Derivation
         Derived functions of the model.
     scheme : Scheme
-        A scheme whose steps are cut at their events.
+        Any scheme.
 
     Notes
     -----
@@ -62,10 +62,9 @@ class _Twins:
     def forward(self) -> Forward:
         scheme = self.scheme
         located = scheme.located
-        assert located is not None
         start = self.steps(scheme.start)
         values = tuple(self.steps(p.values) for p in scheme.problems)
-        watch = self.steps(located.watch)
+        watch = self.steps(located.watch) if located else ()
         used = {
             step.point for part in (start, *values, watch) for step in part
             if isinstance(step, Evaluate)
@@ -77,7 +76,7 @@ class _Twins:
             values=values,
             watch=watch,
             finish=self.assembly(scheme.finish),
-            finish_segment=self.assembly(located.finish),
+            finish_segment=self.assembly(located.finish) if located else None,
         )
 
     def point(self, point: Point) -> Point:

@@ -338,7 +338,7 @@ class Forward:
     values: tuple[tuple[Evaluate | Assembly, ...], ...]
     watch: tuple[Evaluate | Assembly, ...]
     finish: Assembly
-    finish_segment: Assembly
+    finish_segment: Assembly | None
 
 
 @dataclass(frozen=True, eq=False)

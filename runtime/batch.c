@@ -1,12 +1,6 @@
 /* Many runs of one stepper on threads. Part of the library that Python loads, not of a generated
    folder: compiled with the generated header included and SIGNORINI_PREFIX set to its prefix. */
-#include <pthread.h>
-#include <stddef.h>
-#include <stdlib.h>
-
-#define SIGNORINI_PASTE(a, b) a##_##b
-#define SIGNORINI_JOIN(a, b) SIGNORINI_PASTE(a, b)
-#define SG(name) SIGNORINI_JOIN(SIGNORINI_PREFIX, name)
+#include "pool.h"
 
 /* Inputs of a batch, run by run, and where its rows go. Row 0 of every run belongs to its start. */
 typedef struct {
@@ -23,13 +17,9 @@ typedef struct {
 
 enum { SG_STRIDE = 256 }; /* steps between two looks at the caller's wish to stop */
 
-typedef struct {
-    const SG(batch) * batch;
-    pthread_mutex_t *lock;
-    int *next;
-} worker;
-
-static void run_one(const SG(batch) * b, int k, SG(work) * work) {
+static void run_one(const void *job, int k, void *memory) {
+    const SG(batch) *b = job;
+    SG(work) *work = memory;
     const long rows = (b->n_steps + b->every - 1L) / b->every + 1;
     const long first = (long)k * rows + 1;
     SG(state) state;
@@ -79,23 +69,6 @@ static void run_one(const SG(batch) * b, int k, SG(work) * work) {
     }
 }
 
-static void *work_off(void *argument) {
-    const worker *me = argument;
-    SG(work) *work = malloc(sizeof *work);
-    for (;;) {
-        int k;
-        pthread_mutex_lock(me->lock);
-        k = work != NULL && !*me->batch->stop ? (*me->next)++ : me->batch->n_runs;
-        pthread_mutex_unlock(me->lock);
-        if (k >= me->batch->n_runs) {
-            break;
-        }
-        run_one(me->batch, k, work);
-    }
-    free(work);
-    return NULL;
-}
-
 /* The size of the struct and where its members begin, in their order: the caller, who lays it out
    anew, compares. Returns how many numbers that are; `out` may be NULL. */
 int SG(batch_layout)(int out[]) {
@@ -141,27 +114,11 @@ int SG(batch_layout)(int out[]) {
 /* Run the batch on up to `n_threads` threads. Returns the number of runs that were taken up: less
    than n_runs only if memory is short. */
 int SG(run_batch)(const SG(batch) * batch, int n_threads) {
-    pthread_mutex_t lock;
-    pthread_t *threads = malloc((size_t)n_threads * sizeof *threads);
-    int next = 0;
-    int started = 0;
-    worker me;
-    me.batch = batch;
-    me.lock = &lock;
-    me.next = &next;
-    if (threads == NULL || pthread_mutex_init(&lock, NULL) != 0) {
-        free(threads);
-        return 0;
-    }
-    /* the calling thread works, too */
-    while (started < n_threads - 1 && pthread_create(&threads[started], NULL, work_off, &me) == 0) {
-        ++started;
-    }
-    (void)work_off(&me);
-    while (started > 0) {
-        pthread_join(threads[--started], NULL);
-    }
-    pthread_mutex_destroy(&lock);
-    free(threads);
-    return next < batch->n_runs ? next : batch->n_runs;
+    task of;
+    of.run = run_one;
+    of.job = batch;
+    of.memory = sizeof(SG(work));
+    of.n_runs = batch->n_runs;
+    of.stop = batch->stop;
+    return work_on(&of, n_threads);
 }

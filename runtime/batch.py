@@ -1,10 +1,8 @@
 """Many runs at once: arguments of shape (n, ...), threads in C, one result for all."""
 
 import ctypes
-import os
-import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -14,10 +12,10 @@ from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
-from signorini.runtime.library import Library
 from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
 from signorini.runtime.run import Run
+from signorini.runtime.threads import drive, number_of_threads
 from signorini.runtime.trajectory import Trajectory
 
 _FLOATS = ("t", "q", "v", "P", "residual", "smallest_gap", "energy_range")
@@ -61,6 +59,12 @@ class Batch:
         Every how many steps a row was recorded.
     bytes_per_run : int
         Memory of the result of one run; each thread needs `bytes_per_thread` besides.
+    dq, dv : dict from name to ndarray, shape (n, n_t, n_q, ...)
+        Derivatives of runs with ``derivatives="forward"``.
+    gradient : Gradient
+        Gradients of runs with ``derivatives="adjoint"``: ``batch.gradient(q_bar, v_bar)``.
+    differentiable : list of True or list of NotDifferentiable
+        Of such runs, one by one: whether all events have a derivative, or those that have none.
     """
 
     stepper: Compiled
@@ -82,6 +86,10 @@ class Batch:
     h: float
     bytes_per_run: int
     bytes_per_thread: int
+    dq: dict[str, np.ndarray] = field(default_factory=dict)
+    dv: dict[str, np.ndarray] = field(default_factory=dict)
+    gradient: Callable[..., dict[str, Any]] | None = None
+    differentiable: list[Any] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -140,10 +148,7 @@ def run_batch(
 ) -> Batch:
     """Run all; see `Stepper.simulate_batch`."""
     lib, sizes = stepper.library, stepper.sizes
-    if threads is None:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
-    if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool) or threads < 1:
-        raise RunError(f"threads = {threads!r}: give an integer of at least 1")
+    threads = number_of_threads(threads)
     u, shared = _inputs(stepper, inputs, n_steps)
     count = _Count(None if shared else len(u))
     par = {name: count.of(f"parameter '{name}'", x) for name, x in (parameters or {}).items()}
@@ -201,9 +206,7 @@ def run_batch(
         batch.options = ctypes.cast(ctypes.byref(options_c), ctypes.c_void_p)
         for name, array in arrays.items():
             setattr(batch, name, array.ctypes.data_as(ctypes.c_void_p))
-        stop = ctypes.c_int(0)
-        batch.stop = ctypes.cast(ctypes.byref(stop), ctypes.c_void_p)
-        taken, interrupted = _drive(lib, batch, int(threads), stop)
+        taken, interrupted = drive(lib.run_batch, batch, threads)
         if interrupted:
             break
         if taken < batch.n_runs:
@@ -219,12 +222,13 @@ def run_batch(
         result["energy"][k, 0] = stepper.evaluate("energy", *at, parameters=values)
     gaps: np.ndarray = result["smallest_gap"]
     gaps[gaps >= lib.largest] = np.inf
+    recorded: dict[str, Any] = {
+        _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(lib.wide, copy=False)
+        for name, a in result.items()
+    }
     made = Batch(
         stepper,
-        **{
-            _NAMES.get(name, name): a if a.dtype == np.intc else a.astype(lib.wide, copy=False)
-            for name, a in result.items()
-        },
+        **recorded,
         u=u if not shared else u[:1],
         steps=done.astype(int),
         status=[lib.statuses[s] for s in status],
@@ -242,33 +246,6 @@ def run_batch(
         error.batch = made  # type: ignore[attr-defined]
         raise error
     return made
-
-
-def _drive(lib: Library, batch: Any, threads: int, stop: Any) -> tuple[int, bool]:
-    """Run the batch in C, in a thread of its own so that an interruption is heard.
-
-    Returns
-    -------
-    tuple
-        Runs taken up, and whether Ctrl-C ended them early.
-    """
-    found: list[int] = []
-    finished = threading.Event()
-
-    def work() -> None:
-        try:
-            found.append(lib.run_batch(ctypes.byref(batch), threads))
-        finally:
-            finished.set()
-
-    threading.Thread(target=work).start()
-    interrupted = False
-    while not finished.is_set():
-        try:
-            finished.wait()  # not join: an interrupted one takes the thread for ended
-        except KeyboardInterrupt:
-            stop.value, interrupted = 1, True
-    return found[0], interrupted
 
 
 class _Count:

@@ -21,6 +21,8 @@ from platformdirs import user_cache_dir
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
 # The driver of many runs, compiled together with every stepper.
 _BATCH = Path(__file__).with_name("batch.c")
+_CHANGES = _BATCH.with_name("changes.c")  # where steps can be differentiated
+_POOL = _BATCH.with_name("pool.h")
 # Lines of model code in a file above which it is optimised less: compilers take more than linear
 # time over long straight-line functions. The runtime stays at -O2 where the compiler can do both.
 _LEVELS = ((30_000, 0), (15_000, 1), (0, 2))
@@ -115,19 +117,16 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     flags = [f"-O{level}"]
     if level < 2 and _mixes_levels():
         flags = ["-O2", f"-DSIGNORINI_EVALUATION={level}"]
-    files = {
-        source.name: text,
-        model.name: functions,
-        f"{source.stem}.h": heading,
-        _BATCH.name: _BATCH.read_bytes(),
-    }
-    parts = (*map(_without_defaults, (text, functions, heading)), files[_BATCH.name])
+    drivers = [_BATCH, *([_CHANGES] if f"{prefix}_step_forward".encode() in heading else [])]
+    own = {path.name: path.read_bytes() for path in (*drivers, _POOL)}
+    files = {source.name: text, model.name: functions, f"{source.stem}.h": heading, **own}
+    parts = (*map(_without_defaults, (text, functions, heading)), *own.values())
     before = (f"-DSIGNORINI_PREFIX={prefix}", "-include", f"{source.stem}.h", "-I.")
     sources = (
         (source.name, *flags),
         # nothing that takes steps calls these: compiled meanwhile, at less expense
         (model.name, f"-O{_level(functions + functions)}"),
-        (_BATCH.name, "-O2"),
+        *((path.name, "-O2") for path in drivers),
     )
     return _shared(source.stem, files, parts, FLAGS, before, sources, again)
 

@@ -18,6 +18,7 @@ _REAL: dict[str, tuple[Any, Any, Any]] = {
     "extended": (ctypes.c_longdouble, np.longdouble, np.longdouble),
 }
 _META_SIZES = ("params", "options", "state", "info", "record", "work")
+_META_OF_CHANGES = ("directions", "adjoint", "checkpoint")  # where steps can be differentiated
 
 
 class Library:
@@ -72,6 +73,8 @@ class Library:
         self._declare()
         self._verify()
         self.batch_struct = self._verified_batch()
+        if self.manifest["derivatives"]:
+            self.changes_struct = self._verified_changes()
 
     def _struct(self, name: str, fields: list[dict[str, Any]]) -> Any:
         members = []
@@ -124,6 +127,8 @@ class Library:
         if self.manifest["derivatives"]:
             step = signatures["step"]
             signatures["step_forward"] = (step[0], [*step[1], pointer(self.structs["directions"])])
+            for name in ("run_forward", "run_back"):
+                signatures[name] = (c_int, [ctypes.c_void_p, c_int])
         for name, function in self.manifest["functions"].items():
             arguments = [kinds.get(a, array) for a in function["arguments"]]
             signatures[name] = (None, [*arguments, array])
@@ -145,12 +150,14 @@ class Library:
             ) from None
 
     def _verify(self) -> None:
+        sized = (*_META_SIZES, *(_META_OF_CHANGES if self.manifest["derivatives"] else ()))
+
         class Meta(ctypes.Structure):
             _fields_ = [
                 *((n, ctypes.c_char_p) for n in ("model", "scheme", "precision", "model_hash")),
                 *((n, ctypes.c_char_p) for n in ("runtime_hash", "manifest_hash")),
                 ("stages", ctypes.c_int),
-                *((f"size_{n}", ctypes.c_int) for n in _META_SIZES),
+                *((f"size_{n}", ctypes.c_int) for n in sized),
             ]
 
         entry = self._symbol("meta")
@@ -175,7 +182,7 @@ class Library:
                 f"{self.folder}: manifest.json was changed after the C code was generated: "
                 "generate it again"
             )
-        for name in _META_SIZES:
+        for name in sized:
             size = getattr(meta, f"size_{name}")
             if size != ctypes.sizeof(self.structs[name]):
                 raise RunError(
@@ -196,14 +203,38 @@ class Library:
             ("h", self.real),
             *((name, ctypes.c_void_p) for name in (*pointers, *results)),
         ]
-        struct = type("batch", (ctypes.Structure,), {"_fields_": fields})
-        layout = self._symbol("batch_layout")
+        return self._verified_layout("batch", fields)
+
+    def _verified_changes(self) -> Any:
+        """The struct that the driver of derivatives takes."""
+        integers = (
+            *("n_runs", "n_steps", "n_u_rows", "n_q", "n_u", "n_ways", "max_lost", "captured"),
+        )
+        runs = (
+            *("t0", "q0", "v0", "u", "params", "options", "steps", "status", "n_lost"),
+            *("lost_t", "lost_contact", "lost_why", "stop"),
+        )
+        fields = [
+            *((name, ctypes.c_int) for name in integers),
+            ("h", self.real),
+            *((name, ctypes.c_void_p) for name in runs),
+            ("every", ctypes.c_int),
+            *((name, ctypes.c_void_p) for name in ("seeds", "dq", "dv")),
+            *((name, ctypes.c_int) for name in ("n_kept", "rows")),
+            *((n, ctypes.c_void_p) for n in ("q_bar", "v_bar", "gradient", "u_bar", "leaves")),
+        ]
+        return self._verified_layout("changes", fields)
+
+    def _verified_layout(self, name: str, fields: list[tuple[str, Any]]) -> Any:
+        """A struct of a driver, laid out as it is in C."""
+        struct = type(name, (ctypes.Structure,), {"_fields_": fields})
+        layout = self._symbol(f"{name}_layout")
         said = (ctypes.c_int * layout(None))()
         layout(said)
         expected = [ctypes.sizeof(struct), *(getattr(struct, name).offset for name, _ in fields)]
         if list(said) != expected:
             raise RunError(
-                f"{self.folder}: the driver of batches lays out its struct as {list(said)}, the "
+                f"{self.folder}: the driver of {name} lays out its struct as {list(said)}, the "
                 f"loader as {expected}: the installation is damaged"
             )
         return struct

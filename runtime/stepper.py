@@ -7,15 +7,17 @@ from typing import Any
 import numpy as np
 from signorini.runtime.arguments import as_path, grid, number, reals
 from signorini.runtime.batch import Batch, run_batch
+from signorini.runtime.changes import Taken, differentiate, differentiate_batch, table_of
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
-from signorini.runtime.derivatives import adjoin, check_derivatives, differentiate
+from signorini.runtime.derivatives import check_derivatives
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
 from signorini.runtime.options import DEFAULTS, RunOptions
 from signorini.runtime.run import Run
 from signorini.runtime.simulator import Simulator
 from signorini.runtime.simulator import start as start_simulator
+from signorini.runtime.threads import number_of_threads
 from signorini.runtime.trajectory import Trajectory
 
 
@@ -142,6 +144,7 @@ class Stepper(Compiled):
         max_events: int | None = None,
         derivatives: str | None = None,
         of: Sequence[str] = ("q0", "v0", "parameters"),
+        project: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> Trajectory:
         """Run from the initial state to `t_end` in steps of `dt`.
@@ -187,17 +190,22 @@ class Stepper(Compiled):
             Events of one located step, at most 64 and by default so many; with more of them the
             rest of the step is captured.
         derivatives : {"forward", "adjoint"}, optional
-            Differentiate the run, which needs ``events="located"``: ``traj.dq["v0"]`` of shape
-            (n+1, n_q, n_q), ``traj.dv["parameters"]``, ... are exact derivatives of the steps
-            through impacts and changes of stick and slip. `Trajectory.differentiable` is True, or
-            lists the events that have no derivative; behind the first of them derivatives are NaN.
-            So are those along directions that leave the constraints of the start. "adjoint" keeps
-            the derivatives of every step; then ``traj.gradient(q_bar, v_bar)`` with cotangents of
-            the end (n_q,) or of all rows (n+1, n_q) is a dict of gradients: "q0", "v0",
-            "parameters", and "inputs" of shape (n, n_u), each step's own.
+            Differentiate the run: with ``events="located"`` ``traj.dq["v0"]`` of shape
+            (n_t, n_q, n_q), ``traj.dv["parameters"]``, ``traj.doutputs["q0"]``, ... are exact
+            derivatives through impacts and changes of stick and slip. `Trajectory.differentiable`
+            is True, or lists the events that have no derivative; behind the first of them
+            derivatives are NaN. So are those along directions that leave the constraints of the
+            start. With ``events="captured"`` they are derivatives of the map of the steps, which
+            `Trajectory.differentiable` says, too. "adjoint": ``traj.gradient(q_bar, v_bar)`` with
+            cotangents of the end (n_q,) or of all rows (n_t, n_q) carries gradients back to
+            "q0", "v0", "parameters", "t0", "dt", and "inputs" (n_steps, n_u), each step's own.
         of : sequence of str
             With respect to what, if "forward": among "q0", "v0", "parameters", "inputs" (all held
             inputs moved alike), "t0", "dt".
+        project : bool
+            Whether changes of the start are made to keep the constraints, closed contacts and
+            sticking that hold there: those of q0 and v0 become the nearest that do, measured with
+            the mass matrix, and the start follows a parameter or a later start time.
         progress : callable (done, total)
             Called now and then.
 
@@ -230,10 +238,13 @@ class Stepper(Compiled):
         stepper = self.differentiable() if wanted else self.fitting(options)
         run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
         traj = run.go(u, asked, progress)
-        if derivatives == "adjoint":
-            adjoin(traj, (t, q, v), u, h, every, options)
-        elif wanted:
-            differentiate(traj, (t, q, v), u, h, every, options, wanted)
+        if wanted:
+            table = table_of(stepper, par)
+            taken = Taken(
+                stepper, options, np.array([t]), q[None], v[None], table, u[None], h, n_steps,
+                np.array([n_steps]), every, 1, bool(project),
+            )  # fmt: skip
+            differentiate(traj, taken, wanted if derivatives == "forward" else None)
         return traj
 
     def start(
@@ -298,6 +309,9 @@ class Stepper(Compiled):
         every: int = 1,
         threads: int | None = None,
         max_halvings: int = DEFAULTS.max_halvings,
+        derivatives: str | None = None,
+        of: Sequence[str] = ("q0", "v0", "parameters"),
+        project: bool = False,
         progress: Callable[[int, int], None] | None = None,
         **options: Any,
     ) -> Batch:
@@ -319,6 +333,9 @@ class Stepper(Compiled):
             Record a row for every `every` steps, as for `simulate`.
         threads : int
             By default as many as there are processors.
+        derivatives, of, project
+            As for `simulate`: ``batch.dq["v0"]`` of shape (n, n_t, n_q, n_q), ... or
+            ``batch.gradient(q_bar, v_bar)``, and ``batch.differentiable``, run by run.
         progress : callable (done, total)
             Called between blocks of runs.
         **options
@@ -348,8 +365,10 @@ class Stepper(Compiled):
             first = float(np.ravel(reals("t0", t0))[0])
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
         chosen = RunOptions.of({"max_halvings": max_halvings, **options})
-        return run_batch(
-            self.fitting(chosen),
+        wanted = check_derivatives(self, derivatives, of, chosen, callable(inputs))
+        stepper = self.differentiable() if wanted else self.fitting(chosen)
+        batch = run_batch(
+            stepper,
             h=h,
             n_steps=n_steps,
             every=_interval(every, n_steps),
@@ -362,6 +381,14 @@ class Stepper(Compiled):
             threads=threads,
             progress=progress,
         )
+        if not wanted:
+            return batch
+        taken = Taken(
+            stepper, chosen, batch.t[:, 0], batch.q[:, 0], batch.v[:, 0],
+            np.column_stack([*batch.parameters.values()] or [np.zeros(len(batch))]), batch.u, h,
+            n_steps, batch.steps, batch.every, number_of_threads(threads), bool(project),
+        )  # fmt: skip
+        return differentiate_batch(batch, taken, wanted if derivatives == "forward" else None)
 
     def step(
         self,

@@ -57,6 +57,8 @@ class Trajectory:
         Changes of contact states in every step of the run, recorded or not.
     dq, dv : dict from name to ndarray, shape (n+1, n_q, ...)
         Derivatives of a run with ``derivatives="forward"``.
+    doutputs : dict from name to ndarray, shape (n+1, n_outputs, ...)
+        Those of its outputs.
     gradient : Gradient
         Gradients of a run with ``derivatives="adjoint"``: ``traj.gradient(q_bar, v_bar)``.
     differentiable : True or list of NotDifferentiable
@@ -70,6 +72,13 @@ class Trajectory:
     parameters : dict
         Parameter values of the run.
     """
+
+    # of runs that are differentiated
+    dq: dict[str, np.ndarray]
+    dv: dict[str, np.ndarray]
+    doutputs: dict[str, np.ndarray]
+    gradient: Callable[..., dict[str, Any]]
+    differentiable: Any
 
     def __init__(self, stepper: Compiled, arrays: dict[str, np.ndarray], **about: Any) -> None:
         self.stepper = stepper

@@ -3,15 +3,16 @@
 from collections.abc import Callable
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
 from signorini.models import (
+    andrews_squeezer,
     bead_on_hoop,
     bouncing_ball,
     box_in_space,
+    chaplygin_sleigh,
     coin,
     conveyor_oscillator,
     hopper,
@@ -233,76 +234,6 @@ def test_no_wrong_number_goes_unflagged(stepper: Build, scene: str) -> None:
     assert "good" in found
 
 
-# --- adjoint --------------------------------------------------------------------------------------
-
-
-def test_the_adjoint_is_the_transpose(stepper: Build) -> None:
-    """Of a run through an impact, slip and rolling, with cotangents of the end and of all rows."""
-    made = stepper(bouncing_ball.model, 3, derivatives=True)
-    about: dict[str, Any] = {"t_end": 1.0, "dt": 1e-2, "events": "located"}
-    one = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
-    other = made.simulate(**about, derivatives="adjoint")
-    assert other.differentiable is True
-    rng = np.random.default_rng(2)
-    for shape in ((3,), (101, 3)):
-        q_bar, v_bar = rng.normal(size=shape), rng.normal(size=shape)
-        found = other.gradient(q_bar, v_bar)
-        for name in ("q0", "v0", "parameters"):
-            dq, dv = one.dq[name], one.dv[name]
-            if len(shape) == 1:
-                expected = q_bar @ dq[-1] + v_bar @ dv[-1]
-            else:
-                expected = np.einsum("ki,kij->j", q_bar, dq) + np.einsum("ki,kij->j", v_bar, dv)
-            np.testing.assert_allclose(found[name], expected, rtol=1e-11, atol=1e-10)
-
-
-def test_gradients_of_inputs(stepper: Build) -> None:
-    """A pushed mass that bounces off a wall: each step's push against differences."""
-    m = sg.Model("pushed")
-    (x,), (v,) = m.coordinates("x", units="m"), m.velocities
-    m.lagrangian = v**2 / 2 - x**4 / 4
-    (push,) = m.inputs("push")
-    m.force([push])
-    m.contact("wall", g_N=1 - x, e_N=sp.Rational(7, 10))
-    m.initial_state(q=[0], v=[1.5])
-    made = sg.build(m, stages=3, derivatives=True)
-    rng = np.random.default_rng(4)
-    u = rng.normal(size=(40, 1))
-    about: dict[str, Any] = {"t_end": 2.0, "dt": 0.05, "events": "located", "tol": 0.0}
-    traj = made.simulate(**about, inputs=u, derivatives="adjoint")
-    assert [e.kind for e in traj.events] == ["impact"]
-    found = traj.gradient([1.0], [-0.5])["inputs"]
-    assert found.shape == (40, 1)
-    for k in (0, 11, 27, 39):
-        ends = []
-        for change in (1e-4, -1e-4, 5e-5, -5e-5):
-            moved = u.copy()
-            moved[k] += change
-            run = made.simulate(**about, inputs=moved)
-            ends.append(run.q[-1, 0] - 0.5 * run.v[-1, 0])
-        wide, near = (ends[0] - ends[1]) / 2e-4, (ends[2] - ends[3]) / 1e-4
-        assert found[k, 0] == pytest.approx((4 * near - wide) / 3, rel=1e-7, abs=1e-10)
-
-
-@pytest.mark.thorough
-def test_a_long_adjoint(stepper: Build) -> None:
-    """Ten thousand steps, more than ten impacts: to 1e-7 of its norm against the forward run."""
-    made = stepper(bead_on_hoop.model, 3, derivatives=True)
-    about: dict[str, Any] = {
-        "t_end": 10.0, "dt": 1e-3, "events": "located", "q0": [1.0],
-        "parameters": {"Omega": 0.0, "e_N": 0.97, "c": 0.0},
-    }  # fmt: skip
-    one = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
-    other = made.simulate(**about, derivatives="adjoint")
-    assert sum(e.kind == "impact" for e in other.events) > 10
-    found = other.gradient([1.0], [0.3])
-    for name in ("q0", "v0", "parameters"):
-        expected = one.dq[name][-1, 0] + 0.3 * one.dv[name][-1, 0]
-        np.testing.assert_allclose(
-            found[name], expected, atol=1e-7 * max(1, np.linalg.norm(expected))
-        )
-
-
 # --- stability ------------------------------------------------------------------------------------
 
 
@@ -412,10 +343,8 @@ def test_a_captured_step_has_none(stepper: Build) -> None:
     ("words", "about"),
     [
         ('choose "forward" or "adjoint"', {"derivatives": "backward"}),
-        ("records every step", {"derivatives": "adjoint", "every": 2}),
         ("choose among q0, v0, parameters, inputs, t0, dt", {"of": "q"}),
         ("of is empty", {"of": ()}),
-        ('need events="located"', {"events": "captured"}),
         ("inputs that are given as an array", {"inputs": lambda t, q, v: []}),
     ],
 )
@@ -432,61 +361,106 @@ def test_a_folder_without_derivatives_says_so(stepper: Build) -> None:
         loaded.simulate(t_end=0.1, dt=1e-2, events="located", derivatives="forward")
 
 
-# --- in optimisers --------------------------------------------------------------------------------
+# --- without events, and captured -----------------------------------------------------------------
 
 
-def test_a_step_as_a_function_of_casadi(stepper: Build) -> None:
-    """Its derivatives are those of a run, chained by CasADi over four calls of ten steps each."""
-    made = stepper(bouncing_ball.model, 3, derivatives=True)
-    step = sg.casadi_step(made, 1e-2, steps=10)
-    assert (step.name_in(1), step.name_out(0), step.size_in(3)) == ("v", "q_next", (5, 1))
-    q, v, par = ca.MX.sym("q", 3), ca.MX.sym("v", 3), ca.MX.sym("par", 5)
-    where, speed = q, v
-    for _ in range(5):
-        where, speed = step(where, speed, ca.MX(0, 1), par)
-    end = ca.vertcat(where, speed)
-    of = ca.vertcat(q, v, par)
-    slopes = ca.Function("slopes", [q, v, par], [end, ca.jacobian(end, of)])
-    start = made.initial_state()[1:]
-    values = list(made.parameters.values())
-    found, slope_of = (np.array(x) for x in slopes(*start, values))
-    traj = made.simulate(
-        t_end=0.5, dt=1e-2, events="located", derivatives="forward", of=("q0", "v0", "parameters")
-    )
-    np.testing.assert_allclose(found[:, 0], [*traj.q[-1], *traj.v[-1]], atol=1e-12)
-    mine = np.vstack([np.hstack(list(x.values())) for x in (
-        {k: c[-1] for k, c in traj.dq.items()}, {k: c[-1] for k, c in traj.dv.items()})
-    ])  # fmt: skip
-    np.testing.assert_allclose(slope_of, mine, atol=1e-10)
+def wide_slope(
+    wide: sg.Stepper, about: dict[str, Any], q: np.ndarray, v: np.ndarray, way: np.ndarray
+) -> np.ndarray:
+    """How the end changes along a direction, by Richardson differences in extended precision."""
+
+    def end(step: float) -> np.ndarray:
+        moved = np.longdouble(step) * way
+        run = wide.simulate(**about, q0=q + moved[: len(q)], v0=v + moved[len(q) :])
+        return np.concatenate([run.q[-1], run.v[-1]])
+
+    coarse, fine = ((end(h) - end(-h)) / (2 * np.longdouble(h)) for h in (2.0**-20, 2.0**-21))
+    return (4 * fine - coarse) / 3
 
 
-def test_a_bounce_shot(stepper: Build) -> None:
-    """IPOPT finds the throw whose third bounce is in a cup; closed form: vertical speed e^3 v."""
-    m = sg.Model("shot")
-    (_, y), (v, w) = m.coordinates("x y", units="m m"), m.velocities
-    m.lagrangian = (v**2 + w**2) / 2 - sp.Rational(981, 100) * y
-    m.contact("floor", g_N=y, e_N=sp.Rational(4, 5))
-    m.initial_state(q=[0, 1])
-    fly = sg.casadi_step(sg.build(m, stages=2, derivatives=True), 1.7 / 40, steps=40)
-    throw = ca.MX.sym("throw", 2)
-    end, _ = fly(ca.DM([0, 1]), throw, ca.MX(0, 1), ca.MX(0, 1))
-    away = end - ca.DM([3, 0.3])
-    problem = {"x": throw, "f": ca.sumsqr(throw), "g": away}
-    quiet = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-11,
-             "hessian_approximation": "limited-memory"}}  # fmt: skip
-    solver = ca.nlpsol("solver", "ipopt", problem, quiet)
-    found = np.array(solver(x0=[1, 0.5], lbg=0, ubg=0)["x"]).ravel()
-    assert solver.stats()["success"]
-    assert found[0] == pytest.approx(3 / 1.7, rel=1e-9)
-    # three flights by hand
-    place, speed, t = 1.0, found[1], 0.0
-    bounces = 0
-    while True:
-        fall = (speed + np.sqrt(speed**2 + 2 * 9.81 * place)) / 9.81
-        if t + fall > 1.7:
-            rest = 1.7 - t
-            place += speed * rest - 9.81 * rest**2 / 2
-            break
-        t, bounces = t + fall, bounces + 1
-        place, speed = 0.0, -0.8 * (speed - 9.81 * fall)
-    assert bounces >= 2 and place == pytest.approx(0.3, abs=1e-9)
+@WIDE
+@pytest.mark.parametrize("model", [chaplygin_sleigh.model, andrews_squeezer.model])
+def test_models_without_contacts(stepper: Build, model: Callable[[], sg.Model]) -> None:
+    """Velocity and position constraints: along projected directions, by all that a start has."""
+    made, wide = stepper(model, 2, derivatives=True), stepper(model, 2, precision="extended")
+    dt = 1e-2 if made.name == "chaplygin_sleigh" else 1e-4
+    about: dict[str, Any] = {"t_end": 20 * dt, "dt": dt, "tol": 0.0}
+    _, q, v = made.initial_state()
+    q, v = made.project(q, v)
+    traj = made.simulate(**about, q0=q, v0=v, derivatives="forward", of=("q0", "v0"), project=True)
+    assert traj.differentiable is True
+    raw = made.simulate(**about, q0=q, v0=v, derivatives="forward", of="v0")
+    assert np.isnan(raw.dq["v0"][-1]).any()
+    mine = np.vstack([np.hstack([c["q0"][-1], c["v0"][-1]]) for c in (traj.dq, traj.dv)])
+    start = np.vstack([np.hstack([c["q0"][0], c["v0"][0]]) for c in (traj.dq, traj.dv)])
+    # projected twice is projected once
+    np.testing.assert_allclose(start @ start, start, atol=1e-12)
+    for k in range(0, mine.shape[1], 3):
+        size = max(1.0, float(np.max(np.abs(mine[:, k]))))
+        expected = wide_slope(wide, about, q, v, start[:, k])
+        np.testing.assert_allclose(mine[:, k], expected.astype(float), atol=1e-8 * size)
+
+
+@WIDE
+def test_captured_steps_have_that_of_their_map(stepper: Build) -> None:
+    """Through an impact, slip and rest; a flight that comes back by where it began: 0, not -1."""
+    made = stepper(bouncing_ball.model, 2, derivatives=True)
+    wide = stepper(bouncing_ball.model, 2, events="located", precision="extended")
+    about: dict[str, Any] = {"t_end": 0.6, "dt": 0.03, "tol": 0.0}
+    _, q, v = made.initial_state()
+    with pytest.warns(UserWarning, match="captured steps are those of their map"):
+        traj = made.simulate(**about, derivatives="forward", of=("q0", "v0"))
+    assert [e.kind for e in traj.events] == ["impact"]
+    assert [x.why for x in traj.differentiable] == [
+        "steps are captured: derivatives are those of their map, not of the motion"
+    ]
+    mine = np.vstack([np.hstack([c["q0"][-1], c["v0"][-1]]) for c in (traj.dq, traj.dv)])
+    for k in range(6):
+        expected = wide_slope(wide, about, q, v, np.eye(6)[k])
+        np.testing.assert_allclose(mine[:, k], expected.astype(float), atol=1e-9)
+    flight: dict[str, Any] = {
+        "t_end": 3, "dt": 1e-2, "q0": {"y": 1.0}, "v0": {"y": -1.0, "phi": 0.0}, "of": "q0",
+        "parameters": {"e_N": 1.0, "grav": 0.0}, "derivatives": "forward",
+    }  # fmt: skip
+    with pytest.warns(UserWarning):
+        steps = made.simulate(**flight)
+    motion = made.simulate(**flight, events="located")
+    # the step of the impact ends on the floor, wherever the ball comes from
+    assert steps.dq["q0"][-1, 1, 1] == 0
+    assert motion.dq["q0"][-1, 1, 1] == pytest.approx(-1, abs=1e-12)
+
+
+def test_the_start_follows_when_it_is_projected(stepper: Build) -> None:
+    """A ball that lies on the floor: it lies higher on a larger radius, whatever was asked."""
+    traj = stepper(bouncing_ball.model, 3, derivatives=True).simulate(
+        t_end=0.1, dt=1e-2, q0={"y": 0.1}, v0=[0, 0, 0], parameters={"e_N": 0.0},
+        events="located", derivatives="forward", of=("q0", "v0", "parameters"), project=True,
+    )  # fmt: skip
+    names = list(traj.parameters)
+    assert traj.differentiable is True
+    for row in (0, -1):
+        np.testing.assert_allclose(traj.dq["q0"][row], np.diag([1, 0, 1]), atol=1e-12)
+        np.testing.assert_allclose(traj.dq["parameters"][row][:, names.index("R")], [0, 1, 0],
+                                   atol=1e-12)  # fmt: skip
+        assert np.all(np.abs(traj.dv["v0"][row][1]) < 1e-12)
+
+
+def test_outputs_change_with_what_they_are_of(stepper: Build) -> None:
+    """y = a x^2 + t u + v by a, x_0, v_0, u, t_0 and dt, of a mass that nothing moves."""
+    m = sg.Model("watched")
+    (x,), (v,) = m.coordinates("x", units="m"), m.velocities
+    (a,) = m.parameters(a=2.0)
+    (u,) = m.inputs("u")
+    m.lagrangian = v**2 / 2
+    m.output("y", a * x**2 + m.time * u + v)
+    m.initial_state(q=[1.5], v=[0.5])
+    traj = sg.build(m, stages=2, derivatives=True).simulate(
+        t0=1.0, t_end=2.0, dt=0.1, inputs=np.full((10, 1), 0.3), derivatives="forward",
+        of=("q0", "v0", "parameters", "inputs", "t0", "dt"), every=3,
+    )  # fmt: skip
+    y = {name: change[-1, 0, 0] for name, change in traj.doutputs.items()}
+    expected = {
+        "q0": 2 * 2 * 2.0, "v0": 2 * 2 * 2.0 + 1, "parameters": 4.0, "inputs": 2.0, "t0": 0.3,
+        "dt": 10 * (2 * 2 * 2.0 * 0.5 + 0.3),
+    }  # fmt: skip
+    assert y == pytest.approx(expected, rel=1e-12)

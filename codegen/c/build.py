@@ -22,7 +22,7 @@ from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.spec import ContactRow, EmitSpec, ForwardSpec, ProblemSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
-from signorini.codegen.derive.public import PUBLIC
+from signorini.codegen.derive.public import PUBLIC, SLOPES
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
@@ -35,10 +35,12 @@ from signorini.version import __version__
 RUNTIME = ("sg_simulate.c", "sg_cell.c")
 # The same where steps can be cut at their events.
 LOCATED = ("sg_simulate.c", "sg_located.c", "sg_cell.c")
-# The same where steps are differentiated, too.
-FORWARD = ("sg_simulate.c", "sg_forward.c", "sg_cell.c")
+# What differentiates steps, and what it needs beside that where they can be cut.
+FORWARD = ("sg_adjoint.c",)
+FORWARD_LOCATED = ("sg_forward.c",)
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
+ALL = (*LOCATED, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME)
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
 # Printed into the header, with the sizes of the model; the second where steps can be cut, the third
@@ -117,10 +119,6 @@ def emit_spec(
     """
     if derivatives:
         events = "located"
-        if not data.contacts:
-            raise GenerationError(
-                f"model '{data.name}' has no contacts: derivatives of its steps are not there yet"
-            )
     try:
         schemes.find(scheme, "paper", events)
     except ValueError as error:
@@ -206,7 +204,9 @@ class _Builder:
         seeds = plan.forward.seeds if plan.forward else {}
         self.writer = FunctionWriter(d, prefix, precision, plan.memory, seeds)
         self.sizes = sizes(data, plan)
-        files = SCRATCH[: 1 + bool(plan.located) + bool(plan.forward)]
+        self.public = (*PUBLIC, *(SLOPES if plan.forward else ()))
+        has = (True, bool(plan.located), bool(plan.forward))
+        files = tuple(name for name, wanted in zip(SCRATCH, has, strict=True) if wanted)
         own = tuple(s for name in files for s in scratch(runtime_file(name), self.sizes, name))
         self.structs = structs(data, plan, self.sizes, own)
         self.helpers: list[CFunction] = []
@@ -246,11 +246,11 @@ class _Builder:
         )
         functions = tuple(
             self.writer.model_function(name, (*arguments, "par"))
-            for name, arguments in PUBLIC
+            for name, arguments in self.public
             if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
         located = plan.located
-        files = runtime_order(FORWARD if plan.forward else LOCATED if located else RUNTIME)
+        files = runtime_order(_files(plan))
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -309,7 +309,12 @@ class _Builder:
             runtime=runtime_source(files[behind:]),
             model_runtime=runtime_source(runtime_order(MODEL_RUNTIME)),
             runtime_hash=hashlib.sha256(
-                "".join(map(runtime_file, runtime_order((*FORWARD, *MODEL_RUNTIME)))).encode()
+                "".join(
+                    map(
+                        runtime_file,
+                        runtime_order(ALL),
+                    )
+                ).encode()
             ).hexdigest(),
             model_hash=_model_hash(functions, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
@@ -323,6 +328,7 @@ class _Builder:
         forward = self.plan.forward
         if forward is None:
             return None
+        segment = forward.finish_segment
         first = len(self.helpers)
         steps = (
             self.steps(forward.start),
@@ -335,7 +341,7 @@ class _Builder:
             *steps,
             helpers,
             self.writer.assembly(forward.finish, (_WORK,)),
-            self.writer.assembly(forward.finish_segment, (_WORK,)),
+            None if segment is None else self.writer.assembly(segment, (_WORK,)),
         )
 
     def _polynomials(self) -> tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]:
@@ -352,7 +358,7 @@ class _Builder:
     def _zeros(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
         """Public functions with entries that are all zero, and their shapes: no C for these."""
         found = []
-        for name, _ in PUBLIC:
+        for name, _ in self.public:
             value = self.d[name]
             if value.numel() and value.is_zero() and name not in _CALLED:
                 found.append((name, self.writer.shape_of(name)))
@@ -413,6 +419,14 @@ class _Builder:
             row += p.n_slots
             at += sum(len(values) for _, values in _tables(p.jacobian))
         return tuple(specs)
+
+
+def _files(plan: Scheme) -> tuple[str, ...]:
+    """What the stepper of a scheme is made of."""
+    files = LOCATED if plan.located else RUNTIME
+    if plan.forward:
+        files = (*files, *(FORWARD_LOCATED if plan.located else ()), *FORWARD)
+    return files
 
 
 def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> list[ContactRow]:

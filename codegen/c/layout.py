@@ -146,8 +146,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_rows_kept=sum(p.n_slots for p in kept) * n_R,
         n_dense=scheme.stages if located else 0,
         n_events=MAX_EVENTS if located else 0,
-        # start, parameters, inputs, times of start and end; and the length of a segment
-        n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 3 if scheme.forward else 0,
+        # start, parameters, inputs, three times; and the length of a segment
+        n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )
 
@@ -285,6 +285,29 @@ def structs(
         Field("size", "real", (n.n_R,), "their terms, summed up"),
         Field("guard", "real", (n.n_contacts,)),
     )
+    adjoint = (
+        Struct(
+            "adjoint",
+            "Gradient of a number: what it changes by if something changes.",
+            (
+                Field("q", "real", (n.n_q,), "by the coordinates of the state"),
+                Field("v", "real", (n.n_q,), "by its velocities"),
+                Field("late", "real", (), "by the time of the state alone, which its step keeps"),
+                Field("t", "real", (), "by that time and all times behind it"),
+                Field("h", "real", (), "by the step size, summed up over the steps"),
+                Field("par", "real", (len(data.parameters),), "by the parameters, summed up"),
+                Field("u", "real", (n.n_u,), "by the inputs of the step"),
+            ),
+        ),
+        Struct(
+            "checkpoint",
+            "A state that an adjoint run keeps.",
+            (
+                Field("state", "state", (), "the state"),
+                Field("step", "int", (), "steps before it"),
+            ),
+        ),
+    )
     return (
         Struct("params", "Parameters in declared order.", params),
         Struct("options", "Options of the step.", options),
@@ -296,6 +319,7 @@ def structs(
             "Buffers of the caller for many steps; a row stands for `every` steps.",
             record,
         ),
+        *(adjoint if scheme.forward else ()),
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),
         *scratch,

@@ -118,7 +118,7 @@ class ForwardSpec:
     watch: tuple[Step, ...]
     helpers: tuple[CFunction, ...]
     finish: CFunction
-    finish_segment: CFunction
+    finish_segment: CFunction | None
 
 
 @dataclass(frozen=True)

@@ -40,3 +40,12 @@ PUBLIC: tuple[tuple[str, str], ...] = (
     ("outputs", "tqvu"),
     ("shapes", "tq"),
 )
+
+# Where steps are differentiated: how what holds at a start changes, and what the model puts out.
+SLOPES: tuple[tuple[str, str], ...] = (
+    ("g_par", "tq"),
+    *((f"{name}_{by}", "tqv") for name in ("g_dot", "g_N_dot") for by in ("t", "q", "par")),
+    *((f"{name}_{by}", "tqv") for name in ("gamma", "gamma_F") for by in ("t", "par")),
+    ("g_N_par", "tq"),
+    *((f"outputs_{by}", "tqvu") for by in ("t", "q", "v", "u", "par")),
+)

@@ -315,6 +315,8 @@
 #define sg_follow_central bouncing_ball_own_sg_follow_central
 #undef sg_forget
 #define sg_forget bouncing_ball_own_sg_forget
+#undef sg_forward_captured
+#define sg_forward_captured bouncing_ball_own_sg_forward_captured
 #undef sg_free_row
 #define sg_free_row bouncing_ball_own_sg_free_row
 #undef sg_friction_change

@@ -315,6 +315,8 @@
 #define sg_follow_central slider_crank_own_sg_follow_central
 #undef sg_forget
 #define sg_forget slider_crank_own_sg_forget
+#undef sg_forward_captured
+#define sg_forward_captured slider_crank_own_sg_forward_captured
 #undef sg_free_row
 #define sg_free_row slider_crank_own_sg_free_row
 #undef sg_friction_change

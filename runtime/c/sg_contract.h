@@ -65,9 +65,11 @@ static void SG(finish_segment)(SG(work) * w);
 static void SG(change_parameters)(SG(work) * w, const real change[]);
 static void SG(start_forward)(SG(work) * w, const SG(params) * par);
 static void SG(values_forward)(SG(work) * w, const SG(params) * par, int problem);
-static void SG(watch_forward)(SG(work) * w, const SG(params) * par);
 static void SG(finish_forward)(SG(work) * w);
+#if SG_LOCATED
+static void SG(watch_forward)(SG(work) * w, const SG(params) * par);
 static void SG(finish_segment_forward)(SG(work) * w);
+#endif
 #endif
 
 #if SG_N_KEY > 0

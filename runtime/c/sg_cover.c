@@ -314,6 +314,12 @@ static int sg_end_of(const SG(options) * opt, int effort) {
     return total - total / SG_PARTS * (SG_PARTS - part);
 }
 
+#if SG_DERIVATIVES
+/* How the end of a solved (sub)step changes along directions (sg_forward_map.c). */
+static void sg_forward_captured(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                                real share);
+#endif
+
 /* Cover the step of size h from the trial state at t_n by solved (sub)steps. Returns the status of
    the one that could not be solved, or OK. */
 static int sg_cover(SG(work) * w, real t_n, SG(info) * info, const SG(params) * par,
@@ -329,6 +335,11 @@ static int sg_cover(SG(work) * w, real t_n, SG(info) * info, const SG(params) * 
         const int status = sg_attempt(w, par, opt, info, t, h * ((real)stride / (real)rest), effort,
                                       sg_end_of(opt, effort));
         if (status == SG_K(OK)) {
+#if SG_DERIVATIVES
+            if (w->directions.moves) {
+                sg_forward_captured(w, par, opt, (real)stride / (real)(rest - done));
+            }
+#endif
             done += stride;
             sg_commit(w, par, info);
             for (j = 0; j < SG_N_R; ++j) {

@@ -1,19 +1,52 @@
 #pragma once
 #include "sg_forward.h"
-#include "sg_located.c"
+#include "sg_step.c"
 
 /* How the solution of one problem changes along a direction: the implicit function theorem at the
    point where the iteration has ended. */
 
 /* Why there is no derivative. */
-enum { SG_KNOWN, SG_CAPTURED_STEP, SG_GRAZES, SG_TOGETHER, SG_RESTED, SG_ON_EDGE, SG_IS_SINGULAR };
+enum {
+    SG_KNOWN,
+    SG_CAPTURED_STEP,
+    SG_GRAZES,
+    SG_TOGETHER,
+    SG_RESTED,
+    SG_ON_EDGE,
+    SG_IS_SINGULAR,
+    SG_OF_MAP
+};
 
 static void sg_lose(SG(work) * w, int why, int k) {
     if (w->directions.lost == SG_KNOWN) {
         w->directions.lost = why;
         w->directions.contact = k;
-        w->directions.at = w->segment.t;
+        w->directions.at = w->directions.now;
     }
+}
+
+/* 1 if a small change of the data leaves every row of contact k in a slot of a solved problem in
+   its kind. */
+static int sg_is_sharp(const SG(work) * w, const sg_problem *pr, int slot, int k) {
+    const sg_contact *contact = &sg_contacts[k];
+    const int base = slot * SG_N_R;
+    const int n = SG_NORMAL + contact->normal;
+    const int f = SG_SLIP + contact->friction;
+    const real *R = &w->R[pr->R + base];
+    const int takes_part = pr->follows ? w->found.active[k] : w->found.exists[k];
+    if (contact->normal < 0 || !takes_part) {
+        return 1;
+    }
+    if (w->rows.kind[base + n] == SG_ROW_ZERO) {
+        const real time = sg_is_gap(pr, slot, n) ? w->h : SG_C(1.0);
+        return SG_FABS(w->y[base + n]) > SG_TOUCH * time * w->scales.speed[n];
+    }
+    if (!(R[n] > SG_TOUCH * w->scales.percussion_scale[n])) {
+        return 0;
+    }
+    return contact->components == 0 || w->rows.kind[base + f] != SG_ROW_FREE ||
+           !(w->mu[k] > SG_C(0.0)) ||
+           sg_friction_size(w, k, &R[f]) < w->mu[k] * R[n] * (SG_C(1.0) - SG_TOUCH);
 }
 
 /* The scratch changes along direction j, from the place at hand, by h in the size of what is solved
@@ -27,14 +60,6 @@ static void sg_turn_to(SG(work) * w, const SG(params) * par, int j, real h) {
     sg_copy(SG_N_U, &d->u[j * SG_N_U], w->forward.u);
     SG(change_parameters)(w, &d->par[j * SG_N_PAR]);
     SG(start_forward)(w, par);
-}
-
-/* Changes of gaps, velocities and guards at the place at hand. */
-static void sg_look_forward(SG(work) * w, const SG(params) * par) {
-    w->forward.look_t = w->forward.t;
-    sg_copy(SG_N_Q, w->forward.q, w->forward.look_q);
-    sg_copy(SG_N_Q, w->forward.v, w->forward.look_v);
-    SG(watch_forward)(w, par);
 }
 
 /* Change of the residual of percussion row i where unknowns stay. */

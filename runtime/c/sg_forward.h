@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_segment.h"
+#include "sg_work.h"
 
 /* Scratch, and interface, of steps that are differentiated. */
 
@@ -12,6 +12,7 @@ typedef struct {
     int near;              /* 1 + contact that nearly touches in the segment at hand, 0: none */
     int lost;              /* why there is no derivative; 0: there is one */
     int contact;           /* contact of the event that has none */
+    real now;              /* time of the (sub)step or segment at hand */
     real near_at;          /* where in the segment it is nearest */
     real at;               /* its time */
     int leaves[SG_N_WAYS]; /* whether a direction leaves the constraints of the start */
@@ -25,9 +26,11 @@ typedef struct {
     real force[SG_N_WAYS * SG_N_R];      /* of the percussions of a whole step at the place */
     real bound[SG_N_WAYS * SG_N_BOUNDS]; /* of given bounds there, times the step size */
     real direction[SG_N_WAYS * SG_N_F];  /* of the directions of slip */
-    real r[SG_N_WAYS * SG_N_X];     /* of the smooth rows of the velocities at a segment's end */
-    real y[SG_N_WAYS * SG_N_ROWS];  /* of its kinematic rows */
-    real q_end[SG_N_WAYS * SG_N_Q]; /* of its end, with its size as it is; the last: by its size */
-    real v_end[SG_N_WAYS * SG_N_Q]; /* velocities there */
-    real event[SG_N_WAYS];          /* of the event function there */
+    real r[SG_N_WAYS * SG_N_X];      /* of the smooth rows of the velocities at a segment's end */
+    real y[SG_N_WAYS * SG_N_ROWS];   /* of its kinematic rows */
+    real q_end[SG_N_WAYS * SG_N_Q];  /* of its end, with its size as it is; the last: by its size */
+    real v_end[SG_N_WAYS * SG_N_Q];  /* velocities there */
+    real event[SG_N_WAYS];           /* of the event function there */
+    real x[SG_N_WAYS * SG_N_X_KEPT]; /* of all unknown velocities of a captured step */
+    real R[SG_N_WAYS * SG_N_ROWS_KEPT]; /* of its percussions */
 } SG(directions);

@@ -1,26 +1,16 @@
 #pragma once
 #include "sg_directions.c"
+#include "sg_located.c"
 
 /* What directions become at one place: behind an impact, of the forces there, at the start of a
  * run. */
 
-/* 1 if a small change of the data leaves every row of an impact in its kind. */
-static int sg_is_sharp(const SG(work) * w, const sg_problem *pr, int k) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->normal;
-    const int f = SG_SLIP + contact->friction;
-    const real *R = &w->R[pr->R];
-    if (contact->normal < 0 || !w->found.active[k]) {
-        return 1;
-    }
-    if (w->rows.kind[n] == SG_ROW_ZERO) {
-        return SG_FABS(w->y[n]) > SG_TOUCH * w->scales.speed[n];
-    }
-    if (!(R[n] > SG_TOUCH * w->scales.percussion_scale[n])) {
-        return 0;
-    }
-    return contact->components == 0 || w->rows.kind[f] != SG_ROW_FREE || !(w->mu[k] > SG_C(0.0)) ||
-           sg_friction_size(w, k, &R[f]) < w->mu[k] * R[n] * (SG_C(1.0) - SG_TOUCH);
+/* Changes of gaps, velocities and guards at the place at hand. */
+static void sg_look_forward(SG(work) * w, const SG(params) * par) {
+    w->forward.look_t = w->forward.t;
+    sg_copy(SG_N_Q, w->forward.q, w->forward.look_q);
+    sg_copy(SG_N_Q, w->forward.v, w->forward.look_v);
+    SG(watch_forward)(w, par);
 }
 
 /* 1 if friction of contact k slides at an ellipse, whose turning and axes are not differentiated.
@@ -38,6 +28,7 @@ static void sg_forward_strike(SG(work) * w, const SG(params) * par, const SG(opt
     SG(directions) *d = &w->directions;
     int k = 0;
     int i, j;
+    d->now = w->segment.t;
     while (k < SG_N_CONTACTS - 1 && !sg_strikes(w, k)) {
         ++k;
     }
@@ -82,7 +73,7 @@ static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(opt
                 sg_lose(w, SG_GRAZES, k);
             }
         }
-        if (!sg_is_sharp(w, pr, k) || sg_slides_on_ellipse(w, k)) {
+        if (!sg_is_sharp(w, pr, 0, k) || sg_slides_on_ellipse(w, k)) {
             sg_lose(w, SG_ON_EDGE, k);
         }
     }
@@ -253,6 +244,7 @@ static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(opti
                              SG(info) * info, int struck) {
     SG(directions) *d = &w->directions;
     int used, j, k;
+    d->now = w->segment.t;
     for (k = 0; k < SG_N_CONTACTS && !struck && d->begins && !d->fresh; ++k) {
         if (w->segment.mode[k] != w->segment.before[k] && w->segment.before[k] != SG_K(UNKNOWN)) {
             sg_lose(w, SG_TOGETHER, k); /* a mode ends with the step */

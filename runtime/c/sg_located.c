@@ -323,7 +323,6 @@ static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
     way.but = -1;
     way.sought = !s->located;
     way.again = 0;
-    w->segment.held = 0;
     w->segment.h = h;
     w->segment.solves = 0;
     sg_fill(SG_N_R, SG_C(0.0), w->segment.P);

@@ -115,6 +115,7 @@ static int sg_take_step(SG(state) * s, SG(work) * w, SG(info) * info, const SG(p
         w->u[j] = u[j];
     }
 #if SG_LOCATED
+    w->segment.held = 0;
     status = opt->events == SG_K(EVENTS_LOCATED) ? sg_locate(w, s, info, par, opt, h)
                                                  : sg_cover(w, s->t, info, par, opt, h);
     w->trial.located = opt->events == SG_K(EVENTS_LOCATED);

@@ -1,0 +1,206 @@
+/* Runs of one stepper that are differentiated, on threads: forward along directions, and gradients
+   carried back. Part of the library that Python loads, not of a generated folder: compiled with the
+   generated header included and SIGNORINI_PREFIX set to its prefix. */
+#include "pool.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* What both need: the runs, which have been taken already. */
+typedef struct {
+    int n_runs, n_steps, n_u_rows; /* n_u_rows: rows of inputs of a run, 0: all share them */
+    int n_q, n_u, n_ways, max_lost;
+    int captured; /* whether steps are captured: changes are those of their map then */
+    SG(real) h;
+    const SG(real) * t0, *q0, *v0, *u;
+    const SG(params) * params;
+    const SG(options) * options;
+    const int *steps;             /* that each run has taken */
+    int *status, *n_lost;         /* worst status; how many events have no derivative */
+    SG(real) * lost_t;            /* rows of max_lost: their times */
+    int *lost_contact, *lost_why; /* contacts and reasons */
+    const volatile int *stop;     /* the caller sets it to end all */
+    /* forward */
+    int every;                    /* steps of a row */
+    const SG(directions) * seeds; /* directions at the start of each run */
+    SG(real) * dq, *dv;           /* changes: rows of n_ways * n_q */
+    /* back */
+    int n_kept;                     /* states that a thread keeps */
+    int rows;                       /* whether cotangents are given for every state, or the end */
+    const SG(real) * q_bar, *v_bar; /* cotangents of each run */
+    SG(adjoint) * gradient;         /* by its start */
+    SG(real) * u_bar;               /* by its inputs, n_steps * n_u */
+    int *leaves;                    /* directions that leave its start, n_ways */
+} SG(changes);
+
+typedef struct {
+    SG(work) work;
+    SG(info) info;
+    SG(state) state;
+    SG(directions) directions;
+} walker;
+
+static const SG(real) * inputs_of(const SG(changes) * c, int k, int step) {
+    const long first = (long)k * c->n_u_rows + step;
+    return c->n_u > 0 ? &c->u[first * c->n_u] : NULL;
+}
+
+static void note_lost(const SG(changes) * c, int k, const SG(directions) * d) {
+    const long at = (long)k * c->max_lost + c->n_lost[k];
+    if (c->n_lost[k] < c->max_lost) {
+        c->lost_t[at] = d->at;
+        c->lost_contact[at] = d->contact;
+        c->lost_why[at] = d->lost;
+        ++c->n_lost[k];
+    }
+}
+
+/* Row of a run: what is unknown is no number. */
+static void keep_row(const SG(changes) * c, int k, int row, const SG(directions) * d, int lost) {
+    const long rows = (c->n_steps + c->every - 1L) / c->every + 1;
+    const long first = ((long)k * rows + row) * c->n_ways * c->n_q;
+    int i, j;
+    for (j = 0; j < d->count; ++j) {
+        /* the start is as it is said, whatever follows */
+        const int known = row == 0 || (!lost && !d->leaves[j] && d->t[j] == d->grid[j]);
+        for (i = 0; i < c->n_q; ++i) {
+            const int at = j * c->n_q + i;
+            c->dq[first + at] = known ? d->q[at] : (SG(real))NAN;
+            c->dv[first + at] = known ? d->v[at] : (SG(real))NAN;
+        }
+    }
+}
+
+static void walk(const void *job, int k, void *memory) {
+    const SG(changes) *c = job;
+    walker *m = memory;
+    SG(directions) *d = &m->directions;
+    const int of_map = 7; /* a step that is captured because all are */
+    int lost = 0;
+    int step;
+    *d = c->seeds[k];
+    c->n_lost[k] = 0;
+    c->status[k] =
+        SG(set_state)(&m->state, c->t0[k], &c->q0[(long)k * c->n_q], &c->v0[(long)k * c->n_q]);
+    for (step = 0; c->status[k] == 0 && !*c->stop; ++step) {
+        int status;
+        if (d->count > 0 && (step % c->every == 0 || step == c->steps[k])) {
+            keep_row(c, k, (step + c->every - 1) / c->every, d, lost);
+        }
+        if (step == c->steps[k]) {
+            break;
+        }
+        d->lost = 0;
+        status = SG(step_forward)(&m->state, &m->work, &m->info, &c->params[k], c->options,
+                                  inputs_of(c, k, step), c->h, d);
+        c->status[k] = status > 2 ? status : 0;
+        if (d->lost != 0 && status <= 2 && !(d->lost == of_map && c->n_lost[k] > 0)) {
+            note_lost(c, k, d);
+        }
+        lost = lost || (d->lost != 0 && !c->captured);
+    }
+}
+
+/* Run all of them once more along the directions. Returns how many runs were taken up. */
+int SG(run_forward)(const SG(changes) * changes, int n_threads) {
+    task of;
+    of.run = walk;
+    of.job = changes;
+    of.memory = sizeof(walker);
+    of.n_runs = changes->n_runs;
+    of.stop = changes->stop;
+    return work_on(&of, n_threads);
+}
+
+static void pull(const void *job, int k, void *memory) {
+    const SG(changes) *c = job;
+    walker *m = memory;
+    SG(checkpoint) *kept = (SG(checkpoint) *)(m + 1);
+    SG(directions) *d = &m->directions;
+    SG(adjoint) *a = &c->gradient[k];
+    const long rows = c->rows ? c->n_steps + 1L : 1L;
+    const SG(real) *q_bar = &c->q_bar[(long)k * rows * c->n_q];
+    const SG(real) *v_bar = &c->v_bar[(long)k * rows * c->n_q];
+    SG(real) *u_bar = c->n_u > 0 ? &c->u_bar[(long)k * c->n_steps * c->n_u] : NULL;
+    int j;
+    for (j = 0; j < c->n_q && !c->rows; ++j) {
+        a->q[j] = q_bar[j];
+        a->v[j] = v_bar[j];
+    }
+    *d = c->seeds[k];
+    c->n_lost[k] = 0;
+    c->status[k] =
+        SG(set_state)(&m->state, c->t0[k], &c->q0[(long)k * c->n_q], &c->v0[(long)k * c->n_q]);
+    if (c->status[k] == 0) {
+        const int status =
+            SG(run_adjoint)(&m->state, kept, c->n_kept, &m->work, &m->info, &c->params[k],
+                            c->options, inputs_of(c, k, 0), c->h, c->steps[k],
+                            c->rows ? q_bar : NULL, c->rows ? v_bar : NULL, d, a, u_bar);
+        c->status[k] = status > 2 ? status : 0;
+        if (d->lost != 0) {
+            note_lost(c, k, d);
+        }
+    }
+    for (j = 0; j < c->n_ways; ++j) {
+        c->leaves[(long)k * c->n_ways + j] = d->leaves[j];
+    }
+}
+
+/* Carry gradients back over all of them. Returns how many runs were taken up. */
+int SG(run_back)(const SG(changes) * changes, int n_threads) {
+    task of;
+    of.run = pull;
+    of.job = changes;
+    of.memory = sizeof(walker) + (size_t)changes->n_kept * sizeof(SG(checkpoint));
+    of.n_runs = changes->n_runs;
+    of.stop = changes->stop;
+    return work_on(&of, n_threads);
+}
+
+/* The size of the struct and where its members begin, in their order: the caller, who lays it out
+   anew, compares. Returns how many numbers that are; `out` may be NULL. */
+int SG(changes_layout)(int out[]) {
+#define AT(member) (int)offsetof(SG(changes), member)
+    static const int layout[] = {
+        (int)sizeof(SG(changes)),
+        AT(n_runs),
+        AT(n_steps),
+        AT(n_u_rows),
+        AT(n_q),
+        AT(n_u),
+        AT(n_ways),
+        AT(max_lost),
+        AT(captured),
+        AT(h),
+        AT(t0),
+        AT(q0),
+        AT(v0),
+        AT(u),
+        AT(params),
+        AT(options),
+        AT(steps),
+        AT(status),
+        AT(n_lost),
+        AT(lost_t),
+        AT(lost_contact),
+        AT(lost_why),
+        AT(stop),
+        AT(every),
+        AT(seeds),
+        AT(dq),
+        AT(dv),
+        AT(n_kept),
+        AT(rows),
+        AT(q_bar),
+        AT(v_bar),
+        AT(gradient),
+        AT(u_bar),
+        AT(leaves),
+    };
+    const int n = (int)(sizeof layout / sizeof layout[0]);
+    int k;
+    for (k = 0; k < n && out != NULL; ++k) {
+        out[k] = layout[k];
+    }
+    return n;
+}
