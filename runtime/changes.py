@@ -65,6 +65,15 @@ class Taken:
         """Those of run k."""
         return dict(zip(self.stepper.parameters, map(float, self.table[k]), strict=False))
 
+    def end(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Where run k ends."""
+        start = float(self.t[k]), self.q[k], self.v[k]
+        steps = int(self.steps[k])
+        run = Run(self.stepper, self.parameters(k), self.options, *start, self.h, steps,
+                  max(steps, 1), False)  # fmt: skip
+        traj = run.go(self.u[k if len(self.u) > 1 else 0], None, None)
+        return traj.q[-1], traj.v[-1]
+
     def tangent(self, k: int) -> Tangent:
         """What holds at the start of run k."""
         start = float(self.t[k]), self.q[k], self.v[k]

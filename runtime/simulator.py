@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import number, reals
+from signorini.runtime.changes import Taken, table_of
 from signorini.runtime.compiled import SUCCESS, Compiled
+from signorini.runtime.derivatives import Walk
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
@@ -15,7 +17,10 @@ from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.run import Run, event_of, events_of_step
 from signorini.runtime.trajectory import Trajectory
 
-_KEPT = ("stepper", "parameters", "dt", "steps", "_option_values", "_records", "_start")
+_KEPT = (
+    *("stepper", "parameters", "dt", "steps", "_option_values", "_records", "_start", "_of"),
+    "_projects",
+)
 
 
 class Simulator:
@@ -44,9 +49,13 @@ class Simulator:
         start: tuple[float, np.ndarray, np.ndarray],
         dt: float,
         record: bool,
+        of: tuple[str, ...] = (),
+        project: bool = False,
     ) -> None:
         self.stepper, self.parameters, self.dt = stepper, parameters, dt
         self._option_values, self._records = options, record
+        self._of, self._projects = of, project
+        self._walk: Walk | None = None
         self._attach()
         self._begin(start)
 
@@ -128,6 +137,9 @@ class Simulator:
                         f"({names or 'the model has no inputs'})"
                     )
             self._u[:] = u
+        if self._walk is not None:
+            self._step_along(n)
+            return
         if n == 1 and not self._records:
             status = self._call(*self._arguments)
             if status > SUCCESS:
@@ -135,6 +147,9 @@ class Simulator:
             self.steps += 1
             self._P = self._views["P"]
             return
+        self._take(n)
+
+    def _take(self, n: int) -> None:
         if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 1:
             raise RunError(f"n = {n!r}: give a number of steps of at least 1")
         total = np.zeros(self.stepper.sizes["n_R"], self.stepper.library.wide)
@@ -145,6 +160,54 @@ class Simulator:
             self.steps += 1
             total += self._views["P"]
         self._P = total
+
+    # --- derivatives -----------------------------------------------------------------------------
+
+    def begin_derivatives(self) -> None:
+        """From now on derivatives are of the present state, as ``of`` says."""
+        if not self._of:
+            return
+        taken = Taken(
+            self.stepper, self._option_values, np.array([self.t]), self.q[None], self.v[None],
+            table_of(self.stepper, self.parameters), self.u[None, None], self.dt, 1,
+            np.array([1]), 1, 1, self._projects,
+        )  # fmt: skip
+        (seeds,) = taken.seeds(self._of)
+        start = self.t, self.q, self.v
+        self._walk = Walk(self.stepper, self.parameters, self._option_values, start, seeds)
+        size = ctypes.sizeof(self._state)
+        ctypes.memmove(ctypes.byref(self._walk.state), ctypes.byref(self._state), size)
+
+    def _step_along(self, n: int) -> None:
+        """Steps, and the same steps along the directions."""
+        assert self._walk is not None
+        for _ in range(int(n)):
+            self._take(1)
+            self._walk.step(self._u, self.dt)
+
+    @property
+    def dq(self) -> dict[str, np.ndarray]:
+        """How q has changed with what it began with, by name, shapes (n_q, number)."""
+        return self._directions().changes()[0]
+
+    @property
+    def dv(self) -> dict[str, np.ndarray]:
+        """How v has changed with what it began with, by name, shapes (n_q, number)."""
+        return self._directions().changes()[1]
+
+    @property
+    def differentiable(self) -> Any:
+        """True, or the events since then that have no derivative."""
+        return list(self._directions().found) or True
+
+    def _directions(self) -> Walk:
+        if self._walk is None:
+            raise RunError(
+                'nothing is differentiated: call stepper.start(..., derivatives="forward")'
+            )
+        return self._walk
+
+    # --- records and failures --------------------------------------------------------------------
 
     def _recorded(self) -> int:
         lib, sizes = self.stepper.library, self.stepper.sizes
@@ -224,6 +287,7 @@ class Simulator:
         self.parameters = stepper.check_parameters({**self.parameters, **(parameters or {})})
         self._attach()
         self._begin(stepper.start_of(q0, v0, t0, self.parameters))
+        self.begin_derivatives()
 
     def copy(self) -> "Simulator":
         """A simulator in the same state that goes its own way."""
@@ -235,18 +299,20 @@ class Simulator:
         about = {name: getattr(self, name) for name in _KEPT}
         about |= {"rows": list(self._rows), "events": list(self._events)}
         about |= {"state": bytes(self._state), "info": bytes(self._info)}
+        walk = self._walk
+        if walk is not None:
+            about |= {
+                "walk": (
+                    bytes(walk.state),
+                    bytes(walk.seeds.directions),
+                    list(walk.found),
+                    walk.lost,
+                )
+            }
         return about | {"u": self._u.copy(), "P": self._P.copy()}
 
     def __setstate__(self, about: dict[str, Any]) -> None:
-        for name in (
-            "stepper",
-            "parameters",
-            "dt",
-            "steps",
-            "_option_values",
-            "_records",
-            "_start",
-        ):
+        for name in _KEPT:
             setattr(self, name, about[name])
         self._attach()
         for struct, name in ((self._state, "state"), (self._info, "info")):
@@ -254,6 +320,13 @@ class Simulator:
         self._u[:] = about["u"]
         self._P = about["P"]
         self._rows, self._events = list(about["rows"]), list(about["events"])
+        self._walk = None
+        if "walk" in about:
+            self.begin_derivatives()
+            walk = self._directions()
+            state, directions, walk.found, walk.lost = about["walk"]
+            for struct, kept in ((walk.state, state), (walk.seeds.directions, directions)):
+                ctypes.memmove(ctypes.byref(struct), kept, ctypes.sizeof(struct))
 
     # --- looking ---------------------------------------------------------------------------------
 
@@ -370,6 +443,8 @@ class Simulator:
 def start(
     stepper: Compiled,
     *,
+    of: tuple[str, ...],
+    project: bool,
     dt: float,
     q0: Any,
     v0: Any,
@@ -385,4 +460,7 @@ def start(
         raise RunError(f"dt = {h:g}: give a step size > 0")
     if not isinstance(record, (bool, np.bool_)):
         raise RunError(f"record = {record!r}: give True or False")
-    return Simulator(stepper, par, options, stepper.start_of(q0, v0, t0, par), h, bool(record))
+    begin = stepper.start_of(q0, v0, t0, par)
+    made = Simulator(stepper, par, options, begin, h, bool(record), of, project)
+    made.begin_derivatives()
+    return made

@@ -13,6 +13,7 @@ from signorini.runtime.consistency import project
 from signorini.runtime.derivatives import check_derivatives
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
+from signorini.runtime.linearise import Linearisation, linearise
 from signorini.runtime.options import DEFAULTS, RunOptions
 from signorini.runtime.run import Run
 from signorini.runtime.simulator import Simulator
@@ -257,6 +258,9 @@ class Stepper(Compiled):
         parameters: Mapping[str, float] | None = None,
         record: bool = False,
         max_halvings: int = DEFAULTS.max_halvings,
+        derivatives: str | None = None,
+        of: Sequence[str] = ("q0", "v0", "inputs"),
+        project: bool = False,
         **options: Any,
     ) -> Simulator:
         """A simulator that goes on step by step, for a controller in the loop.
@@ -269,6 +273,12 @@ class Stepper(Compiled):
             As for `simulate`.
         record : bool
             Keep every step for `Simulator.trajectory`.
+        derivatives : {"forward"}, optional
+            Differentiate every step: `Simulator.dq` and `Simulator.dv` say how the state changes
+            with what it began with; `Simulator.begin_derivatives` begins anew, e.g. before each
+            step for a controller that needs its linear system.
+        of, project
+            As for `simulate`.
         max_halvings, **options
             As for `simulate`.
 
@@ -282,8 +292,15 @@ class Stepper(Compiled):
             As for `simulate`.
         """
         chosen = RunOptions.of({"max_halvings": max_halvings, **options})
+        wanted = check_derivatives(self, derivatives, of, chosen, False)
+        if derivatives == "adjoint":
+            raise RunError(
+                'derivatives = "adjoint": a run that goes on has no end; choose "forward"'
+            )
         return start_simulator(
-            self.fitting(chosen),
+            self.differentiable() if wanted else self.fitting(chosen),
+            of=wanted,
+            project=bool(project),
             dt=dt,
             q0=q0,
             v0=v0,
@@ -292,6 +309,65 @@ class Stepper(Compiled):
             record=record,
             options=chosen,
         )
+
+    def linearise(
+        self,
+        *,
+        dt: float,
+        period: float | None = None,
+        q0: Any = None,
+        v0: Any = None,
+        t0: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        u: Any = None,
+        shift: Any = None,
+        tol: float = 1e-6,
+        events: str = "located",
+        **options: Any,
+    ) -> Linearisation:
+        """The linear system about an equilibrium, also in contact, or about a periodic motion.
+
+        Parameters
+        ----------
+        dt : float
+            Step size [s]. About an equilibrium the linear system is that of one step.
+        period : float, optional
+            Of a periodic motion [s].
+        q0, v0, t0, parameters
+            The equilibrium, or a place on the motion at which nothing happens, as for `simulate`.
+        u : array, shape (n_u,)
+            Inputs, held; zero by default.
+        shift : array, shape (n_q,), optional
+            By what the coordinates have grown when the motion has come back to where it began,
+            e.g. a walker's way.
+        tol : float
+            How far the state may be from where it began, relative to its size.
+        events, **options
+            As for `simulate`, but located by default.
+
+        Returns
+        -------
+        Linearisation
+            A, B, C, D, the deviations that are possible, multipliers and rates.
+
+        Raises
+        ------
+        RunError
+            If the start is no equilibrium or on no motion of that period, or if the motion has no
+            derivative.
+        """
+        par = self.check_parameters(parameters)
+        t, q, v = self.start_of(q0, v0, t0, par)
+        step = number("dt", dt)
+        time = step if period is None else number("period", period)
+        if not 0 < step <= time:
+            raise RunError(f"dt = {step:g}: give a step size > 0, at most the period")
+        n_steps = int(np.ceil(time / step - 1e-9))
+        chosen = RunOptions.of({"events": events, **options})
+        return linearise(
+            self.differentiable(), (t, q, v), h=time / n_steps, n_steps=n_steps, parameters=par,
+            u=self.rows("u", u, 1, self.sizes["n_u"])[0], shift=shift, tol=tol, options=chosen,
+        )  # fmt: skip
 
     def __reduce__(self) -> tuple[Any, ...]:
         return load, (str(self.folder),)

@@ -7,6 +7,7 @@ import numpy as np
 from signorini.runtime.compiled import Compiled
 
 _SMALL = 1e-9  # gaps and velocities that count as none, in the units of the model
+_NOISE = 1e-13  # of a change of one
 _AWAY = 1e-6  # share of a row's largest derivative by which a direction leaves it
 
 # How many rows, and the names of their derivatives by v and, at rest, of what is left.
@@ -116,6 +117,7 @@ class Tangent:
         G = self.rows[:, 1 : 1 + 2 * n_q] @ weight
         back = weight @ np.linalg.lstsq(G, -(self.rows @ unit), rcond=1e-10)[0]
         change = unit[1 : 1 + 2 * n_q] + back
+        change[np.abs(change) < _NOISE] = 0.0  # a direction that is none is not to be one
         q_by, v_by = self._by_name(change[:n_q]), self._by_name(change[n_q:])
         return {name: (q_by[name], v_by[name]) for name in q_by}
 
