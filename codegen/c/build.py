@@ -9,7 +9,7 @@ from importlib.metadata import version
 import casadi as ca
 import numpy as np
 from signorini.codegen import schemes
-from signorini.codegen.c import refs
+from signorini.codegen.c import external, refs
 from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter
 from signorini.codegen.c.layout import (
@@ -22,6 +22,7 @@ from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.spec import ContactRow, EmitSpec, ForwardSpec, ProblemSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
+from signorini.codegen.derive.influence import influence
 from signorini.codegen.derive.public import PUBLIC, SLOPES
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.forward import with_forward
@@ -40,7 +41,9 @@ FORWARD = ("sg_adjoint.c",)
 FORWARD_LOCATED = ("sg_forward.c",)
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
-ALL = (*LOCATED, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME)
+# Beside the stepper where steps are differentiated: what other programs call.
+EXTERNAL = "sg_external.c"
+ALL = (*LOCATED, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME, EXTERNAL)
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
 # Printed into the header, with the sizes of the model; the second where steps can be cut, the third
@@ -329,6 +332,9 @@ class _Builder:
         if forward is None:
             return None
         segment = forward.finish_segment
+        n = self.sizes
+        sizes = {"q": n.n_q, "v": n.n_q, "u": n.n_u, "par": n.n_par}
+        by = influence(self.d)
         first = len(self.helpers)
         steps = (
             self.steps(forward.start),
@@ -342,6 +348,10 @@ class _Builder:
             helpers,
             self.writer.assembly(forward.finish, (_WORK,)),
             None if segment is None else self.writer.assembly(segment, (_WORK,)),
+            by,
+            external.columns(sizes),
+            external.blocks(by, sizes),
+            runtime_source((EXTERNAL,)),
         )
 
     def _polynomials(self) -> tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]:

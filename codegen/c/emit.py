@@ -24,6 +24,8 @@ TEMPLATES = {
     "CMakeLists.txt": "CMakeLists.txt.jinja",
     "README.md": "README.md.jinja",
 }
+# The same where steps are differentiated, of double precision, which is that of other programs.
+EXTERNAL = {"{prefix}_casadi.c": "casadi.c.jinja"}
 RUNTIME_BEGIN = "/* ==== runtime, the same for every model ==== begin ==== */"
 RUNTIME_END = "/* ==== runtime, the same for every model ==== end ==== */"
 TABLES_BEGIN = "/* ==== tables of this model ==== begin ==== */"
@@ -49,6 +51,7 @@ def comment_text(text: str) -> str:
 
 def render(spec: EmitSpec) -> dict[str, str]:
     """Return the text of every file of the generated folder by name."""
+    wanted = spec.forward is not None and spec.precision.name == "double"
     files = {
         name.format(prefix=spec.prefix): _environment()
         .get_template(template)
@@ -59,7 +62,7 @@ def render(spec: EmitSpec) -> dict[str, str]:
             tables_begin=TABLES_BEGIN,
             tables_end=TABLES_END,
         )
-        for name, template in TEMPLATES.items()
+        for name, template in (TEMPLATES | (EXTERNAL if wanted else {})).items()
     }
     files["manifest.json"] = json.dumps(manifest(spec), indent=1, ensure_ascii=True) + "\n"
     return files
@@ -169,7 +172,7 @@ def _replace_one_by_one(staging: Path, target: Path, files: dict[str, str]) -> N
 def _old_files(target: Path) -> set[str]:
     """Names that an earlier generation wrote into the folder: they say so themselves."""
     names = {"manifest.json", *(name for name in TEMPLATES if "{" not in name)}
-    for ending in (name.removeprefix("{prefix}") for name in TEMPLATES if "{" in name):
+    for ending in (name.removeprefix("{prefix}") for name in (TEMPLATES | EXTERNAL) if "{" in name):
         names |= {path.name for path in target.glob(f"*{ending}")}
     return {name for name in names if _is_generated(target / name)}
 

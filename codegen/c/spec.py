@@ -4,6 +4,7 @@ import re
 from dataclasses import asdict, dataclass
 
 from signorini.codegen.c.elimination import Elimination
+from signorini.codegen.c.external import Pattern
 from signorini.codegen.c.footprint import (
     DIRECTIONS,
     LOCATED_FLASH,
@@ -25,6 +26,7 @@ from signorini.codegen.c.layout import (
 )
 from signorini.codegen.c.printer import Precision
 from signorini.codegen.c.tables import CTable
+from signorini.codegen.derive.influence import Influence
 from signorini.codegen.frontend.model_data import Parameter
 
 _MODEL_MACROS = (
@@ -119,6 +121,10 @@ class ForwardSpec:
     helpers: tuple[CFunction, ...]
     finish: CFunction
     finish_segment: CFunction | None
+    influence: Influence
+    columns: tuple[tuple[str, Pattern], ...]  # of the arguments of an external function
+    blocks: tuple[tuple[str, Pattern], ...]  # of its derivative
+    external: str  # what stands in its file besides
 
 
 @dataclass(frozen=True)
