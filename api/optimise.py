@@ -5,6 +5,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from signorini.runtime.arguments import number
 from signorini.runtime.derivatives import Seeds, Walk
 from signorini.runtime.errors import RunError
 from signorini.runtime.options import RunOptions
@@ -12,18 +13,19 @@ from signorini.runtime.stepper import Stepper
 
 
 def casadi_step(
-    stepper: Stepper, dt: float, *, t0: float = 0.0, steps: int = 1, **options: Any
+    stepper: Stepper, dt: float | None = None, *, t0: float = 0.0, steps: int = 1, **options: Any
 ) -> ca.Function:
-    """Steps of a model as a CasADi function (q, v, u, par) -> (q+, v+).
+    """Steps of a model as a CasADi function (q, v, u, par) -> (q_next, v_next).
 
     Parameters
     ----------
     stepper : Stepper
         Built with ``derivatives=True``, or made so on first use.
-    dt : float
-        Step size [s].
+    dt : float, optional
+        Step size [s]. Without it the function has two more arguments, ``t`` and ``h``: the time
+        at which the steps begin and their size.
     t0 : float
-        Time at which they begin; it matters where the model depends on time.
+        Time at which they begin, if `dt` is given; it matters where the model depends on time.
     steps : int
         How many steps, with the same inputs.
     **options
@@ -32,8 +34,8 @@ def casadi_step(
     Returns
     -------
     casadi.Function
-        With the exact derivatives of the steps; entries that have none are NaN. Every call starts
-        anew from (q, v), without the contact states of an earlier step.
+        With the exact derivatives of the steps and their sparsity; entries that have none are NaN.
+        Every call starts anew from (q, v), without the contact states of an earlier step.
 
     Raises
     ------
@@ -42,12 +44,15 @@ def casadi_step(
     """
     if not isinstance(steps, (int, np.integer)) or steps < 1:
         raise RunError(f"steps = {steps!r}: give a number of steps of at least 1")
-    step = _Step(_Steps(stepper.differentiable(), float(dt), float(t0), int(steps), options))
+    given = None if dt is None else (number("t0", t0), number("dt", dt))
+    step = _Step(_Steps(stepper.differentiable(), given, int(steps), options))
     _KEPT.append(step)
     return step
 
 
-_IN, _OUT = ("q", "v", "u", "par"), ("q_next", "v_next")
+# What each argument is called where runs are differentiated.
+_IN = {"q": "q0", "v": "v0", "u": "inputs", "par": "parameters", "t": "t0", "h": "dt"}
+_OUT = ("q_next", "v_next")
 # CasADi holds callbacks weakly, whatever is made of them: here they live as long as the module.
 _KEPT: list[ca.Callback] = []
 
@@ -56,50 +61,69 @@ class _Steps:
     """Steps from (q, v) with inputs and parameters, and their derivatives."""
 
     def __init__(
-        self, stepper: Stepper, dt: float, t0: float, steps: int, options: dict[str, Any]
+        self,
+        stepper: Stepper,
+        given: tuple[float, float] | None,
+        steps: int,
+        options: dict[str, Any],
     ) -> None:
         n = stepper.sizes
-        self.stepper, self.dt, self.t0, self.steps = stepper, dt, t0, steps
+        self.stepper, self.given, self.steps = stepper, given, steps
         self.options = RunOptions(events="located", **options)
-        self.sizes = (n["n_q"], n["n_q"], n["n_u"], n["n_par"])
+        self.arguments = tuple(_IN)[: 6 if given is None else 4]
+        self.sizes = dict(zip(_IN, (n["n_q"], n["n_q"], n["n_u"], n["n_par"], 1, 1), strict=True))
         self.names = list(stepper.parameters)
 
-    def __call__(self, of: tuple[str, ...], arguments: Sequence[Any]) -> Walk:
-        q, v, u, par = (np.array(x, dtype=float).ravel() for x in arguments)
+    def __call__(self, of: tuple[str, ...], values: Sequence[Any]) -> Walk:
+        q, v, u, par, *when = (np.array(x, dtype=float).ravel() for x in values)
+        t, h = self.given or (float(when[0][0]), float(when[1][0]))
         parameters = self.stepper.check_parameters(dict(zip(self.names, par, strict=True)))
         seeds = Seeds(self.stepper, of, fresh=False)
-        walk = Walk(self.stepper, parameters, self.options, (self.t0, q, v), seeds)
+        walk = Walk(self.stepper, parameters, self.options, (t, q, v), seeds)
         for _ in range(self.steps):
-            walk.step(u, self.dt)
+            walk.step(u, h)
         return walk
+
+    def pattern(self, result: str, argument: str) -> ca.Sparsity:
+        """Where a block of the derivative has entries."""
+        n = self.sizes["q"]
+        dense = ca.Sparsity.dense(n, self.sizes[argument])
+        if argument in ("t", "h"):
+            return dense
+        found = np.zeros(dense.shape)
+        for i, columns in enumerate(self.stepper.manifest["influence"][argument]):
+            found[i, columns] = 1
+        if (result, argument) == ("q_next", "q"):
+            found += np.eye(n)
+        return ca.sparsify(ca.DM(found)).sparsity()
 
 
 class _Step(ca.Callback):
-    def __init__(self, walk: _Steps) -> None:
+    def __init__(self, steps: _Steps) -> None:
         ca.Callback.__init__(self)
-        self.walk = walk
-        self.construct(f"{walk.stepper.name}_step", {})
+        self.steps = steps
+        self.construct(f"{steps.stepper.name}_step", {})
 
     def get_n_in(self) -> int:
-        return len(_IN)
+        return len(self.steps.arguments)
 
     def get_n_out(self) -> int:
         return len(_OUT)
 
     def get_name_in(self, i: int) -> str:
-        return _IN[i]
+        return self.steps.arguments[i]
 
     def get_name_out(self, i: int) -> str:
         return _OUT[i]
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self.walk.sizes[i], 1)
+        return ca.Sparsity.dense(self.steps.sizes[self.steps.arguments[i]], 1)
 
     def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self.walk.sizes[0], 1)
+        return ca.Sparsity.dense(self.steps.sizes["q"], 1)
 
     def eval(self, arguments: Sequence[Any]) -> list[Any]:
-        end = self.walk((), arguments)
+        end = self.steps((), arguments)
         return [end.q, end.v]
 
     def has_jacobian(self) -> bool:
@@ -108,7 +132,7 @@ class _Step(ca.Callback):
     def get_jacobian(
         self, name: str, inames: Sequence[str], onames: Sequence[str], options: Mapping[str, Any]
     ) -> ca.Function:
-        self.slopes = _Slopes(name, self.walk, inames, onames, options)
+        self.slopes = _Slopes(name, self.steps, inames, onames, options)
         return self.slopes
 
 
@@ -118,20 +142,21 @@ class _Slopes(ca.Callback):
     def __init__(
         self,
         name: str,
-        walk: _Steps,
+        steps: _Steps,
         inames: Sequence[str],
         onames: Sequence[str],
         options: Mapping[str, Any],
     ) -> None:
         ca.Callback.__init__(self)
-        self.walk, self.inames, self.onames = walk, inames, onames
+        self.steps, self.inames, self.onames = steps, inames, onames
+        self.blocks = [steps.pattern(x, y) for x in _OUT for y in steps.arguments]
         self.construct(name, options)
 
     def get_n_in(self) -> int:
-        return len(_IN) + len(_OUT)
+        return len(self.steps.arguments) + len(_OUT)
 
     def get_n_out(self) -> int:
-        return len(_IN) * len(_OUT)
+        return len(self.blocks)
 
     def get_name_in(self, i: int) -> str:
         return self.inames[i]
@@ -140,13 +165,17 @@ class _Slopes(ca.Callback):
         return self.onames[i]
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        n = self.walk.sizes[i] if i < len(_IN) else self.walk.sizes[0]
-        return ca.Sparsity.dense(n, 1)
+        names = (*self.steps.arguments, "q", "v")
+        return ca.Sparsity.dense(self.steps.sizes[names[i]], 1)
 
     def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        return ca.Sparsity.dense(self.walk.sizes[0], self.walk.sizes[i % len(_IN)])
+        return self.blocks[i]
 
     def eval(self, arguments: Sequence[Any]) -> list[Any]:
-        walk = self.walk(("q0", "v0", "inputs", "parameters"), arguments[: len(_IN)])
-        dq, dv = walk.changes()
-        return [*dq.values(), *dv.values()]
+        names = self.steps.arguments
+        walk = self.steps(tuple(_IN[x] for x in names), arguments[: len(names)])
+        changes = (change for which in walk.changes() for change in which.values())
+        return [
+            ca.project(ca.DM(np.ascontiguousarray(x)), block) if x.size else ca.DM(*x.shape)
+            for x, block in zip(changes, self.blocks, strict=True)
+        ]

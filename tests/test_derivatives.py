@@ -264,6 +264,34 @@ def test_where_a_bounce_doubles_its_period(stepper: Build, e: float) -> None:
 # --- honesty --------------------------------------------------------------------------------------
 
 
+def test_an_input_that_jumps_begins_a_slip(stepper: Build) -> None:
+    """A block that is pulled harder at t = 0.2: x = (u - mu g) (T - 0.2)^2 / 2 from there on."""
+    m = sg.Model("pulled")
+    (_, y), (v, w) = m.coordinates("x y", units="m m"), m.velocities
+    (mu,) = m.parameters(mu=0.5)
+    (pull,) = m.inputs("pull")
+    m.lagrangian = (v**2 + w**2) / 2 - 10 * y
+    m.force([pull, 0])
+    m.contact("floor", g_N=y, gamma_F=[v], mu=mu)
+    m.initial_state(q=[0, 0])
+    made = sg.build(m, stages=2, derivatives=True)
+    u = np.where(np.arange(50) < 20, 3.0, 8.0)[:, None]
+    about: dict[str, Any] = {"t_end": 0.5, "dt": 0.01, "events": "located", "inputs": u}
+    traj = made.simulate(**about, derivatives="adjoint")
+    assert [(e.kind, e.t) for e in traj.events] == [("slip", pytest.approx(0.2))]
+    assert traj.differentiable is True
+    found = traj.gradient([1.0, 0.0])
+    assert traj.q[-1, 0] == pytest.approx((8 - 5) * 0.3**2 / 2, rel=1e-10)
+    assert found["parameters"][0] == pytest.approx(-10 * 0.3**2 / 2, rel=1e-9)
+    # a push in step k moves it by dt v at its end, as long as is left
+    later = 0.01 * (0.5 - (np.arange(50) + 0.5) * 0.01) * (np.arange(50) >= 20)
+    np.testing.assert_allclose(found["inputs"][:, 0], later, atol=1e-12)
+    # at its limit a block may go or stay
+    u[20:] = 5.0 + 1e-7
+    traj = made.simulate(**about, derivatives="adjoint")
+    assert traj.differentiable is not True
+
+
 def test_directions_that_leave_the_start_have_none(stepper: Build) -> None:
     """A ball that lies on the floor may lie elsewhere and turned, but not higher, nor move."""
     traj = stepper(bouncing_ball.model, 3, derivatives=True).simulate(

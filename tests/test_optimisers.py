@@ -1,14 +1,20 @@
 """Derivatives where they are used: optimisation, identification, other frameworks."""
 
+import importlib.util
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 import signorini as sg
-import sympy as sp
-from signorini.models import bouncing_ball
+from compilers import STRICT
+from signorini.models import bouncing_ball, chaplygin_sleigh
 
+ROOT = Path(__file__).resolve().parents[1]
 Build = Callable[..., sg.Stepper]
 
 
@@ -37,33 +43,99 @@ def test_a_step_as_a_function_of_casadi(stepper: Build) -> None:
     np.testing.assert_allclose(slope_of, mine, atol=1e-10)
 
 
-def test_a_bounce_shot(stepper: Build) -> None:
-    """IPOPT finds the throw whose third bounce is in a cup; closed form: vertical speed e^3 v."""
-    m = sg.Model("shot")
-    (_, y), (v, w) = m.coordinates("x y", units="m m"), m.velocities
-    m.lagrangian = (v**2 + w**2) / 2 - sp.Rational(981, 100) * y
-    m.contact("floor", g_N=y, e_N=sp.Rational(4, 5))
-    m.initial_state(q=[0, 1])
-    fly = sg.casadi_step(sg.build(m, stages=2, derivatives=True), 1.7 / 40, steps=40)
-    throw = ca.MX.sym("throw", 2)
-    end, _ = fly(ca.DM([0, 1]), throw, ca.MX(0, 1), ca.MX(0, 1))
-    away = end - ca.DM([3, 0.3])
-    problem = {"x": throw, "f": ca.sumsqr(throw), "g": away}
-    quiet = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-11,
-             "hessian_approximation": "limited-memory"}}  # fmt: skip
-    solver = ca.nlpsol("solver", "ipopt", problem, quiet)
-    found = np.array(solver(x0=[1, 0.5], lbg=0, ubg=0)["x"]).ravel()
-    assert solver.stats()["success"]
-    assert found[0] == pytest.approx(3 / 1.7, rel=1e-9)
-    # three flights by hand
-    place, speed, t = 1.0, found[1], 0.0
-    bounces = 0
-    while True:
-        fall = (speed + np.sqrt(speed**2 + 2 * 9.81 * place)) / 9.81
-        if t + fall > 1.7:
-            rest = 1.7 - t
-            place += speed * rest - 9.81 * rest**2 / 2
-            break
-        t, bounces = t + fall, bounces + 1
-        place, speed = 0.0, -0.8 * (speed - 9.81 * fall)
-    assert bounces >= 2 and place == pytest.approx(0.3, abs=1e-9)
+def example(name: str) -> Any:
+    """A program of the folder examples, as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_bounce_shot() -> None:
+    """IPOPT finds the throw whose third bounce is in a cup; heights in closed form."""
+    shot = example("bounce_shot")
+    found = shot.solve()
+    run = found["run"]
+    assert [e.kind for e in run.events if e.kind == "impact"] == ["impact"] * 2
+    np.testing.assert_allclose(run.q[-1, :2], shot.CUP, atol=1e-7)
+    assert run.v[-1, 1] < -0.5
+    height, speed, left = 1.0 - 0.1, found["throw"][1], found["time"]
+    for _ in range(2):
+        fall = (speed + np.sqrt(speed**2 + 2 * 9.81 * height)) / 9.81
+        height, speed, left = 0.0, -0.8 * (speed - 9.81 * fall), left - fall
+    assert 0.1 + speed * left - 9.81 * left**2 / 2 == pytest.approx(shot.CUP[1], abs=1e-7)
+    # less energy than an admissible throw without spin, which the floor holds back
+    flat = run.stepper.simulate(
+        t_end=found["time"], dt=found["time"] / 60, q0=[0, 1, 0], v0=[*found["throw"][:2], 0],
+        parameters={"e_N": 0.8}, events="located",
+    )  # fmt: skip
+    assert abs(flat.q[-1, 0] - shot.CUP[0]) > 1e-2
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_an_identification(seed: int) -> None:
+    """Restitution, friction and inertia, each within what the noise allows."""
+    result = example("identification").identify(seed)
+    assert np.all(np.abs(result.found - result.true) < 4 * result.deviation)
+    assert np.all(result.deviation < 3e-4)
+    assert result.evaluations < 15
+
+
+def test_a_hopper_that_finds_its_way() -> None:
+    """Two stances, to the place, height and attitude asked for, with less effort than at first."""
+    hop = example("hopper_jump")
+    jump = hop.solve()
+    q, v = jump.run.q[-1], jump.run.v[-1]
+    np.testing.assert_allclose([q[0], q[1], q[2], q[3]], [hop.WAY, hop.HEIGHT, 0, 0], atol=1e-5)
+    np.testing.assert_allclose([v[1], v[2], v[3]], 0, atol=1e-4)
+    assert [e.kind for e in jump.run.events if e.kind == "impact"] == ["impact"] * 2
+    assert jump.run.smallest_gap.min() > -1e-9
+    first = jump.first.u[:-1].reshape(hop.PIECES, hop.STEPS, 2).mean(axis=1) / [30.0, 5.0]
+    assert jump.effort < 0.5 * np.sum(first**2) / hop.PIECES
+
+
+@pytest.mark.thorough
+def test_the_external_of_casadi(tmp_path: Path) -> None:
+    """Compiled from the generated folder: values, derivatives and patterns are those of Python."""
+    for model, s in ((bouncing_ball.model, 3), (chaplygin_sleigh.model, 2)):
+        made = sg.build(model(), stages=s, derivatives=True)
+        folder = sg.generate(model(), out_dir=tmp_path / made.name, stages=s, derivatives=True)
+        library = folder / "step.so"
+        sources = [str(folder / f"{made.name}{end}.c") for end in ("_casadi", "")]
+        subprocess.run(
+            ["cc", "-shared", "-fPIC", "-O1", *STRICT, "-o", str(library), *sources, "-lm"],
+            check=True,
+        )
+        external = ca.external(f"{made.name}_casadi", str(library))
+        step = sg.casadi_step(made)
+        _, q, v = made.initial_state()
+        q, v = made.project(q, v + 0.1)
+        arguments = (q, v, [], list(made.parameters.values()), 0.2, 1e-2)
+        for mine, other in zip(external(*arguments), step(*arguments), strict=True):
+            assert np.array_equal(np.array(mine), np.array(other))
+        mine, other = (f.jacobian()(*arguments, 0, 0) for f in (external, step))
+        for a, b in zip(mine, other, strict=True):
+            assert a.sparsity() == b.sparsity()
+            assert np.array_equal(np.array(a), np.array(b))
+
+
+def test_patterns_hold_what_there_is(stepper: Build) -> None:
+    """No derivative along a run is outside of the pattern; cyclic coordinates are not in it."""
+    for model, s in ((bouncing_ball.model, 3), (chaplygin_sleigh.model, 2)):
+        made = stepper(model, s, derivatives=True)
+        reads = made.manifest["influence"]
+        traj = made.simulate(
+            t_end=1.0, dt=1e-2, events="located", derivatives="forward", project=False,
+            of=("q0", "v0", "parameters"),
+        )  # fmt: skip
+        for name, key in (("q0", "q"), ("v0", "v"), ("parameters", "par")):
+            for place, change in ((True, traj.dq[name]), (False, traj.dv[name])):
+                for i, known in enumerate(reads[key]):
+                    allowed = {*known, i} if place and key == "q" else set(known)
+                    rest = [k for k in range(change.shape[2]) if k not in allowed]
+                    values = change[1:, i, rest]
+                    assert not np.nan_to_num(values).any()
+    assert made.manifest["influence"]["q"] == [[2], [2], [2]]

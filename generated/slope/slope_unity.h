@@ -35,6 +35,7 @@
 #undef SG_DIRECTIONS
 #undef SG_EFFORT
 #undef SG_EPS
+#undef SG_EVENTS_AT_PLACE
 #undef SG_EXTENDED
 #undef SG_FABS
 #undef SG_FINEST

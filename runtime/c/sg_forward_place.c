@@ -239,6 +239,34 @@ static int sg_leaves_start(SG(work) * w, const SG(params) * par) {
     return found;
 }
 
+/* Forces at the place contradict the modes before: contacts that are far from what they may carry
+   leave their modes whatever small change there is. So it is where inputs jump as a step begins. */
+static void sg_forward_jump(SG(work) * w) {
+    int k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const sg_contact *contact = &sg_contacts[k];
+        const int f = SG_SLIP + contact->friction;
+        const real *R = w->segment.force;
+        real radius = SG_C(0.0);
+        real scale = SG_C(0.0);
+        int jumps = 0;
+        if (contact->normal >= 0) {
+            const int n = SG_NORMAL + contact->normal;
+            scale = w->scales.percussion_scale[n];
+            radius = w->segment.mu[k] * R[n];
+            jumps = R[n] < -(SG_STEEP * scale);
+        } else {
+            radius = w->segment.bound[contact->bound];
+            scale = radius;
+        }
+        if (sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k])) {
+            scale = SG_STEEP * sg_max(scale, w->scales.percussion_scale[f]);
+            jumps = jumps || sg_friction_size(w, k, &R[f]) > radius + scale;
+        }
+        w->directions.jumps[k] = sg_holds(w, k) && jumps;
+    }
+}
+
 /* Arrived at a place, modes chosen: changes of the forces there. */
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                              SG(info) * info, int struck) {
@@ -246,9 +274,13 @@ static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(opti
     int used, j, k;
     d->now = w->segment.t;
     for (k = 0; k < SG_N_CONTACTS && !struck && d->begins && !d->fresh; ++k) {
-        if (w->segment.mode[k] != w->segment.before[k] && w->segment.before[k] != SG_K(UNKNOWN)) {
+        if (w->segment.mode[k] != w->segment.before[k] && w->segment.before[k] != SG_K(UNKNOWN) &&
+            !d->jumps[k]) {
             sg_lose(w, SG_TOGETHER, k); /* a mode ends with the step */
         }
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        d->jumps[k] = 0;
     }
     d->begins = 0;
     sg_fill(SG_N_WAYS * SG_N_R, SG_C(0.0), d->force);

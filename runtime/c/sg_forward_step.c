@@ -21,6 +21,9 @@ int SG(step_forward)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(para
     w->directions = *d;
     w->directions.moves = 1;
     w->directions.begins = 1;
+    for (j = 0; j < SG_N_CONTACTS; ++j) {
+        w->directions.jumps[j] = 0;
+    }
     for (j = 0; j < d->count; ++j) {
         w->directions.grid[j] += d->h[j];
     }

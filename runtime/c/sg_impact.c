@@ -11,6 +11,7 @@ static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(opt
                               int rests);
 static void sg_forward_strike(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                               SG(info) * info);
+static void sg_forward_jump(SG(work) * w);
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                              SG(info) * info, int struck);
 #endif
@@ -208,6 +209,11 @@ static int sg_choose_modes(SG(work) * w, const SG(params) * par, const SG(option
             if (status == SG_K(OK) && sg_forces_fit(w, but)) {
                 return status;
             }
+#if SG_DERIVATIVES
+            if (status == SG_K(OK) && w->directions.moves) {
+                sg_forward_jump(w);
+            }
+#endif
             sg_measure_motion(w, w->segment.h);
         }
     }

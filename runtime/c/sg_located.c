@@ -310,10 +310,11 @@ static void sg_go_back(SG(work) * w) {
 }
 
 /* Where a located step is: time gone since its start, the contact that the last event has changed
-   (-1: none), whether modes are to be sought, whether they have been at this place. */
+   (-1: none), whether modes are to be sought, whether they have been at this place, how many events
+   there were at it. */
 typedef struct {
     real done;
-    int but, sought, again;
+    int but, sought, again, events;
 } sg_way;
 
 static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
@@ -323,6 +324,7 @@ static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
     way.but = -1;
     way.sought = !s->located;
     way.again = 0;
+    way.events = 0;
     w->segment.h = h;
     w->segment.solves = 0;
     sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
@@ -365,6 +367,7 @@ static void sg_accept(SG(work) * w, const SG(params) * par, const SG(options) * 
     way->done =
         ends || h - (way->done + w->segment.span) <= least ? h : way->done + w->segment.span;
     way->again = 0;
+    way->events = w->segment.span > least ? 0 : way->events + 1;
     way->sought = event->what == SG_SLIP_ENDS || event->what == SG_GUARD_TURNS;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->segment.before[k] = w->segment.mode[k];
@@ -393,6 +396,9 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
         } else {
             sg_go_back(w);
             return sg_capture(w, s, info, par, opt, h, way.done);
+        }
+        if (way.events > SG_EVENTS_AT_PLACE * SG_N_CONTACTS) {
+            break; /* a contact opens and closes in turn, and the motion does not go on */
         }
     }
     if (way.done < h) {

@@ -131,6 +131,9 @@ typedef SG(real) real;
 #define SG_SECANT_ROUNDS 10
 #define SG_LOCATE_ROUNDS 64
 #define SG_ABSENT_TURNS 4
+/* Events of a step at one place, for each contact: more of them are a contact that opens and closes
+   in turn. */
+#define SG_EVENTS_AT_PLACE 3
 #define SG_CLEAR_PUSH SG_C(0.25)
 #define SG_CLEAR_FRICTION SG_C(0.875)
 #define SG_CLEAR_GROWTH SG_C(2.0)
