@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from signorini.runtime.trajectory import Trajectory
     from signorini.swept import open_sweep
     from signorini.verify.report import Report
+    from signorini.with_jax import jax_step
+    from signorini.with_torch import torch_step
     from signorini.workflow import build, check, generate
 
 # Imported on first use: loading a stepper must not need the symbolic packages.
@@ -37,6 +39,8 @@ _HOMES = {
     "table": "signorini.codegen.frontend.table",
     "build": "signorini.workflow",
     "casadi_step": "signorini.optimise",
+    "jax_step": "signorini.with_jax",
+    "torch_step": "signorini.with_torch",
     "generate": "signorini.workflow",
     "check": "signorini.workflow",
     "Report": "signorini.verify.report",
@@ -71,12 +75,14 @@ __all__ = [
     "casadi_step",
     "check",
     "generate",
+    "jax_step",
     "load",
     "norm",
     "open_sweep",
     "par",
     "smooth",
     "table",
+    "torch_step",
 ]
 
 

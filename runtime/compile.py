@@ -21,7 +21,8 @@ from platformdirs import user_cache_dir
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
 # The driver of many runs, compiled together with every stepper.
 _BATCH = Path(__file__).with_name("batch.c")
-_CHANGES = _BATCH.with_name("changes.c")  # where steps can be differentiated
+# where steps can be differentiated
+_CHANGES = (_BATCH.with_name("changes.c"), _BATCH.with_name("maps.c"))
 _POOL = _BATCH.with_name("pool.h")
 # Lines of model code in a file above which it is optimised less: compilers take more than linear
 # time over long straight-line functions. The runtime stays at -O2 where the compiler can do both.
@@ -117,7 +118,7 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     flags = [f"-O{level}"]
     if level < 2 and _mixes_levels():
         flags = ["-O2", f"-DSIGNORINI_EVALUATION={level}"]
-    drivers = [_BATCH, *([_CHANGES] if f"{prefix}_step_forward".encode() in heading else [])]
+    drivers = [_BATCH, *(_CHANGES if f"{prefix}_step_forward".encode() in heading else ())]
     own = {path.name: path.read_bytes() for path in (*drivers, _POOL)}
     files = {source.name: text, model.name: functions, f"{source.stem}.h": heading, **own}
     parts = (*map(_without_defaults, (text, functions, heading)), *own.values())
@@ -144,8 +145,13 @@ def _mixes_levels() -> bool:
     return not asked and "clang" not in said and "Free Software Foundation" in said
 
 
-def compile_plain(source: Path) -> Path:
+def compile_plain(source: Path, flags: tuple[str, ...] = ()) -> Path:
     """Compile one C file that needs only libm into a shared library and return its path.
+
+    Parameters
+    ----------
+    flags : tuple of str
+        Where else to look for headers.
 
     Raises
     ------
@@ -154,7 +160,7 @@ def compile_plain(source: Path) -> Path:
     """
     text = source.read_bytes()
     files = {source.name: text}
-    return _shared(source.stem, files, (text,), FLAGS, (), ((source.name, "-O2"),), False)
+    return _shared(source.stem, files, (text,), FLAGS, flags, ((source.name, "-O2"),), False)
 
 
 def _shared(

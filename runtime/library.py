@@ -75,6 +75,7 @@ class Library:
         self.batch_struct = self._verified_batch()
         if self.manifest["derivatives"]:
             self.changes_struct = self._verified_changes()
+            self.map_struct = self._verified_map()
 
     def _struct(self, name: str, fields: list[dict[str, Any]]) -> Any:
         members = []
@@ -129,6 +130,7 @@ class Library:
             signatures["step_forward"] = (step[0], [*step[1], pointer(self.structs["directions"])])
             for name in ("run_forward", "run_back"):
                 signatures[name] = (c_int, [ctypes.c_void_p, c_int])
+            signatures["map_steps"] = (c_int, [ctypes.c_void_p, c_int, *[ctypes.c_void_p] * 7])
         for name, function in self.manifest["functions"].items():
             arguments = [kinds.get(a, array) for a in function["arguments"]]
             signatures[name] = (None, [*arguments, array])
@@ -224,6 +226,15 @@ class Library:
             *((n, ctypes.c_void_p) for n in ("q_bar", "v_bar", "gradient", "u_bar", "leaves")),
         ]
         return self._verified_layout("changes", fields)
+
+    def _verified_map(self) -> Any:
+        """The struct that says what mapped steps have in common."""
+        fields = [
+            *((name, ctypes.c_int) for name in ("steps", "n_q", "n_u", "n_par")),
+            *((name, self.real) for name in ("t0", "h")),
+            ("options", ctypes.c_void_p),
+        ]
+        return self._verified_layout("map", fields)
 
     def _verified_layout(self, name: str, fields: list[tuple[str, Any]]) -> Any:
         """A struct of a driver, laid out as it is in C."""

@@ -139,3 +139,95 @@ def test_patterns_hold_what_there_is(stepper: Build) -> None:
                     values = change[1:, i, rest]
                     assert not np.nan_to_num(values).any()
     assert made.manifest["influence"]["q"] == [[2], [2], [2]]
+
+
+# --- frameworks that differentiate and batch by themselves ----------------------------------------
+
+
+def expected_of(made: sg.Stepper) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ten steps of a ball through its impact: end, and derivatives by q, v and parameters."""
+    about: dict[str, Any] = {"t_end": 0.5, "dt": 1e-2, "events": "located"}
+    traj = made.simulate(**about, derivatives="forward", of=("q0", "v0", "parameters"))
+    assert [e.kind for e in traj.events] == ["impact"]
+    slopes = np.vstack([np.hstack([x[-1] for x in c.values()]) for c in (traj.dq, traj.dv)])
+    return traj.q[-1], traj.v[-1], slopes
+
+
+@pytest.mark.slow
+def test_steps_in_jax(stepper: Build) -> None:
+    """jit, vmap, forward and reverse mode, scan: values and derivatives of the run."""
+    jax = pytest.importorskip("jax", reason="the extra signorini[jax] is not installed")
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    jax.config.update("jax_enable_x64", True)
+    step = sg.jax_step(made, 1e-2, steps=10)
+    q_end, v_end, slopes = expected_of(made)
+    _, q, v = made.initial_state()
+    par = np.array(list(made.parameters.values()))
+
+    def run(q: Any, v: Any, par: Any) -> Any:
+        def go(state: Any, _: Any) -> Any:
+            return step(*state, None, par), None
+
+        (q, v), _ = jax.lax.scan(go, (q, v), None, length=5)
+        return jax.numpy.concatenate([q, v])
+
+    found = jax.jit(run)(q, v, par)
+    np.testing.assert_allclose(found, np.concatenate([q_end, v_end]), atol=1e-12)
+    for mode in (jax.jacfwd, jax.jacrev):
+        parts = jax.jit(mode(run, argnums=(0, 1, 2)))(q, v, par)
+        np.testing.assert_allclose(np.hstack(parts), slopes, atol=1e-9)
+    many = np.linspace(0.9, 1.3, 7)
+    starts = np.stack([0 * many, many, 0 * many], axis=1)
+    gradients = jax.vmap(jax.grad(lambda q: run(q, v, par)[0]), in_axes=0)(starts)
+    ends = jax.vmap(run, in_axes=(0, None, None))(starts, v, par)
+    for k, start in enumerate(starts):
+        one = made.simulate(
+            t_end=0.5, dt=1e-2, q0=start, events="located", derivatives="forward", of="q0"
+        )
+        np.testing.assert_allclose(ends[k][:3], one.q[-1], atol=1e-12)
+        np.testing.assert_allclose(gradients[k], one.dq["q0"][-1, 0], atol=1e-9)
+    check = pytest.importorskip("jax.test_util").check_grads
+    check(lambda v: step(q, v)[0], (v,), order=1, modes=("fwd", "rev"))
+    with pytest.raises(sg.RunError, match="jax_enable_x64"):
+        step(np.float32(q), v)
+    with pytest.raises(Exception, match="a step cannot be taken"):
+        jax.block_until_ready(step(q * np.nan, v))
+
+
+@pytest.mark.slow
+def test_steps_in_torch(stepper: Build) -> None:
+    """Batches, vmap, forward and reverse mode, gradcheck: values and derivatives of the run."""
+    torch = pytest.importorskip("torch", reason="the extra signorini[torch] is not installed")
+    made = stepper(bouncing_ball.model, 3, derivatives=True)
+    step = sg.torch_step(made, 1e-2, steps=10)
+    q_end, v_end, slopes = expected_of(made)
+    _, q, v = (torch.tensor(x) for x in made.initial_state())
+    par = torch.tensor(list(made.parameters.values()), dtype=torch.float64)
+
+    def run(q: Any, v: Any, par: Any) -> Any:
+        for _ in range(5):
+            q, v = step(q, v, None, par)
+        return torch.cat([q, v], dim=-1)
+
+    np.testing.assert_allclose(run(q, v, par), np.concatenate([q_end, v_end]), atol=1e-12)
+    for mode in (torch.func.jacfwd, torch.func.jacrev, torch.autograd.functional.jacobian):
+        if mode is torch.autograd.functional.jacobian:
+            parts = mode(run, (q, v, par))
+        else:
+            parts = mode(run, argnums=(0, 1, 2))(q, v, par)
+        np.testing.assert_allclose(torch.cat(parts, dim=-1), slopes, atol=1e-9)
+    many = torch.linspace(0.9, 1.3, 7, dtype=torch.float64)
+    starts = torch.stack([0 * many, many, 0 * many], dim=1).requires_grad_()
+    ends = run(starts, v, par)
+    assert torch.equal(ends, torch.func.vmap(run, in_dims=(0, None, None))(starts, v, par))
+    ends[:, 0].sum().backward()
+    for k, start in enumerate(starts.detach().numpy()):
+        one = made.simulate(
+            t_end=0.5, dt=1e-2, q0=start, events="located", derivatives="forward", of="q0"
+        )
+        np.testing.assert_allclose(starts.grad[k], one.dq["q0"][-1, 0], atol=1e-9)
+    assert torch.autograd.gradcheck(lambda v: step(q, v)[0], (v.clone().requires_grad_(),))
+    with pytest.raises(sg.RunError, match="give a tensor of"):
+        step(q.float(), v)
+    with pytest.raises(sg.RunError, match="run 0: a step cannot be taken"):
+        step(q * torch.nan, v)
