@@ -65,20 +65,21 @@ def jax_step(
         )
         return ask(*x, **about)
 
-    @jax.custom_jvp
-    def take(q: Any, v: Any, u: Any, par: Any) -> Any:
+    def plain(q: Any, v: Any, u: Any, par: Any) -> Any:
         return call(False, q, v, u, par)
 
-    @take.defjvp
-    def _(primals: Any, tangents: Any) -> Any:
+    def along(primals: Any, tangents: Any) -> Any:
         q, v, J = call(True, *primals)
         change = J @ jnp.concatenate(tangents, axis=-1)[..., None]
         return (q, v), (change[..., :n_q, 0], change[..., n_q:, 0])
 
+    take: Any = jax.custom_jvp(plain)
+    take.defjvp(along)
+
     def step(q: Any, v: Any, u: Any = None, par: Any = None) -> tuple[jax.Array, jax.Array]:
-        _ = of  # lives as long as this function: its address stands in compiled programs
         given = (q, v, np.zeros(n_u) if u is None else u, defaults if par is None else par)
         x = [jnp.asarray(a) for a in given]
+        # `of` lives as long as this function: its address stands in compiled programs
         for name, a, n in zip(("q", "v", "u", "par"), x, of.sizes, strict=True):
             if a.dtype != np.float64:
                 raise RunError(

@@ -89,8 +89,7 @@ def _together(d: Derivation) -> tuple[list[set[int]], list[tuple[set[int], ca.SX
         value = ca.densify(d[name])
         rate = ca.densify(d[_RATES[name]]) if name in _RATES else value
         for c in range(value.numel()):
-            column = W[:, c].sparsity()
-            moved = set(column.row())
+            moved = set(W[:, c].sparsity().row())
             join(moved)
             rows.append((moved, ca.vertcat(value[c], rate[c])))
     # a contact's normal and slip rows are of one law
