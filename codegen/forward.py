@@ -18,6 +18,7 @@ from signorini.codegen.program import (
     Forward,
     Place,
     Point,
+    Problem,
     Ref,
     Scheme,
     Target,
@@ -65,6 +66,8 @@ class _Twins:
         start = self.steps(scheme.start)
         values = tuple(self.steps(p.values) for p in scheme.problems)
         watch = self.steps(located.watch) if located else ()
+        segment = located.finish if located else None
+        places = self.places_for(scheme.problems[located.chain], segment) if located else ()
         used = {
             step.point for part in (start, *values, watch) for step in part
             if isinstance(step, Evaluate)
@@ -76,7 +79,19 @@ class _Twins:
             values=values,
             watch=watch,
             finish=self.assembly(scheme.finish),
-            finish_segment=self.assembly(located.finish) if located else None,
+            places=places,
+            finish_segment=self.assembly(segment) if segment else None,
+        )
+
+    def places_for(self, problem: Problem, finish: Assembly) -> tuple[Assembly, ...]:
+        """The assemblies of a problem that its end is made of."""
+        values = ca.vertcat(*(entry for t in finish.targets for _, entry in t.entries))
+        refs = [self.scheme.memory.ref(symbol) for symbol in ca.symvar(values)]
+        read = {ref.array for ref in refs if ref is not None}
+        return tuple(
+            self.assembly(part)
+            for part in problem.values
+            if isinstance(part, Assembly) and any(t.array in read for t in part.targets)
         )
 
     def point(self, point: Point) -> Point:

@@ -330,6 +330,8 @@ class Forward:
         Of the rows of each problem.
     finish, finish_segment : Assembly
         Of the end.
+    places : tuple of Assembly
+        Of the places that the end of a segment is made of.
     """
 
     seeds: dict[str, ca.SX]
@@ -338,6 +340,7 @@ class Forward:
     values: tuple[tuple[Evaluate | Assembly, ...], ...]
     watch: tuple[Evaluate | Assembly, ...]
     finish: Assembly
+    places: tuple[Assembly, ...]
     finish_segment: Assembly | None
 
 

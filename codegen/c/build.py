@@ -341,14 +341,20 @@ class _Builder:
             tuple(self.steps(values) for values in forward.values),
             self.steps(forward.watch),
         )
+        # these functions are there already: they belong to the values of a problem
+        places = tuple(
+            Step(part.name, ("w",)) for part in forward.places if any(t.size for t in part.targets)
+        )
         helpers = tuple(self.helpers[first:])
         del self.helpers[first:]
         return ForwardSpec(
             *steps,
+            places,
             helpers,
             self.writer.assembly(forward.finish, (_WORK,)),
             None if segment is None else self.writer.assembly(segment, (_WORK,)),
             by,
+            tuple(int(any(k in reads for reads in by.q)) for k in range(n.n_q)),
             external.columns(sizes),
             external.blocks(by, sizes),
             runtime_source((EXTERNAL,)),

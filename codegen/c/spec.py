@@ -118,10 +118,12 @@ class ForwardSpec:
     start: tuple[Step, ...]
     values: tuple[tuple[Step, ...], ...]
     watch: tuple[Step, ...]
+    places: tuple[Step, ...]
     helpers: tuple[CFunction, ...]
     finish: CFunction
     finish_segment: CFunction | None
     influence: Influence
+    read: tuple[int, ...]  # whether anything depends on the place of a coordinate
     columns: tuple[tuple[str, Pattern], ...]  # of the arguments of an external function
     blocks: tuple[tuple[str, Pattern], ...]  # of its derivative
     external: str  # what stands in its file besides

@@ -67,6 +67,7 @@ static void SG(start_forward)(SG(work) * w, const SG(params) * par);
 static void SG(values_forward)(SG(work) * w, const SG(params) * par, int problem);
 static void SG(finish_forward)(SG(work) * w);
 #if SG_LOCATED
+static void SG(places_forward)(SG(work) * w);
 static void SG(watch_forward)(SG(work) * w, const SG(params) * par);
 static void SG(finish_segment_forward)(SG(work) * w);
 #endif

@@ -33,11 +33,12 @@ static void sg_forward_stages(SG(work) * w, const SG(params) * par, const SG(opt
         sg_turn_to(w, par, j, longer);
         sg_change_given(w, j, part, longer / w->segment.h, 1);
         sg_solve_forward(w, par, opt, problem, j);
-        SG(values_forward)(w, par, problem); /* of all that follows from the unknowns */
         if (end == problem) {
+            SG(places_forward)(w);
             SG(finish_segment_forward)(w);
             sg_copy(SG_N_Q, f->v_end, &d->v_end[j * SG_N_Q]);
         } else {
+            SG(values_forward)(w, par, problem); /* of all that follows from the unknowns */
             sg_ask_forward(w, par, end);
             sg_copy(pr->n_x, f->r, &d->r[j * SG_N_X]);
             sg_copy(pr->n_slots * SG_N_R, f->y, &d->y[j * SG_N_ROWS]);

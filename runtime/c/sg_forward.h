@@ -16,6 +16,7 @@ typedef struct {
     real near_at; /* where in the segment it is nearest */
     real at;      /* its time */
     int jumps[SG_N_CONTACTS]; /* whether forces at the start of the step are far from its mode */
+    int idle[SG_N_WAYS];      /* whether nothing depends on what a direction changes */
     int leaves[SG_N_WAYS];    /* whether a direction leaves the constraints of the start */
     real grid[SG_N_WAYS];     /* change of the time at which a step begins */
     real t[SG_N_WAYS];        /* of that of the state: another one where a step ends in an event */

@@ -53,8 +53,8 @@ static void sg_forward_captured(SG(work) * w, const SG(params) * par, const SG(o
     }
 #endif
     d->now = w->t;
-    sg_fill(SG_N_WAYS * SG_N_X_KEPT, SG_C(0.0), d->x);
-    sg_fill(SG_N_WAYS * SG_N_ROWS_KEPT, SG_C(0.0), d->R);
+    sg_fill(d->count * SG_N_X_KEPT, SG_C(0.0), d->x);
+    sg_fill(d->count * SG_N_ROWS_KEPT, SG_C(0.0), d->R);
     for (problem = 0; problem < SG_N_CHAIN; ++problem) {
         sg_forward_problem(w, par, opt, problem, share);
     }

@@ -283,9 +283,9 @@ static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(opti
         d->jumps[k] = 0;
     }
     d->begins = 0;
-    sg_fill(SG_N_WAYS * SG_N_R, SG_C(0.0), d->force);
-    sg_fill(SG_N_WAYS * SG_N_BOUNDS, SG_C(0.0), d->bound);
-    sg_fill(SG_N_WAYS * SG_N_F, SG_C(0.0), d->direction);
+    sg_fill((d->count + 1) * SG_N_R, SG_C(0.0), d->force);
+    sg_fill((d->count + 1) * SG_N_BOUNDS, SG_C(0.0), d->bound);
+    sg_fill((d->count + 1) * SG_N_F, SG_C(0.0), d->direction);
     if (w->segment.known) {
         sg_measure_motion(w, w->segment.h);
     }
