@@ -28,6 +28,8 @@ class Case:
         No contact closes: the time is also given in evaluations of all model functions.
     scheme, events : str
         Scheme, and whether steps are cut at their events.
+    derivatives : str
+        "forward" along all q and v, "adjoint", or "".
     """
 
     name: str
@@ -43,6 +45,7 @@ class Case:
     flies: bool = False
     scheme: str = "lobatto"
     events: str = "captured"
+    derivatives: str = ""
 
 
 _FLAT = {"z": 0.1, "p0": 1.0, "p1": 0.0, "p2": 0.0, "p3": 0.0}
@@ -174,4 +177,10 @@ _LOCATED = tuple(
             events="located")
     for c in _CAPTURED
 )  # fmt: skip
-CASES = (*_CAPTURED, *_LOCATED)
+_DERIVATIVES = tuple(
+    replace(c, name=f"{c.name.removesuffix('_located')}_{kind}", derivatives=kind,
+            text=f"{c.text}; derivatives {kind}")
+    for c in _LOCATED if c.name.startswith(("ball_slips", "slope_slides", "slider", "box_tumbles"))
+    for kind in ("forward", "adjoint")
+)  # fmt: skip
+CASES = (*_CAPTURED, *_LOCATED, *_DERIVATIVES)

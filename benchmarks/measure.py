@@ -84,6 +84,7 @@ class Program:
             prefix="m",
             scheme=case.scheme,
             events=case.events,
+            derivatives=bool(case.derivatives),
         )
         self.stepper = load(self.folder)
         manifest = self.stepper.manifest
@@ -109,6 +110,7 @@ class Program:
             "N_PAR": len(self.stepper.manifest["parameters"]),
             "STEPS": self.case.steps, "REPEATS": repeats, "H": repr(self.case.dt), "PRE": "m",
             "HEADER": '"m.h"', "LOCATED": int(self.case.events == "located"),
+            "DERIVATIVES": ("", "forward", "adjoint").index(self.case.derivatives),
         }  # fmt: skip
         target = self.folder / "steps"
         command = [
@@ -159,10 +161,10 @@ class Program:
         RunError
             If valgrind is not there or fails.
         """
-        binary = self.compile(1)
+        binary, case = self.compile(1), self.case.derivatives
         out = self.folder / "callgrind.out"
         command = [
-            *("valgrind", "--tool=callgrind", "--toggle-collect=m_step"),
+            *("valgrind", "--tool=callgrind", f"--toggle-collect=m_step{'_' * bool(case)}{case}"),
             *(f"--callgrind-out-file={out}", str(binary)),
         ]
         try:

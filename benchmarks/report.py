@@ -211,6 +211,23 @@ def _verdict(value: float, goal: float, unit: str) -> str:
     return f"{goal:g}{unit} " + ("met" if over < 0 else f"+{over:.0%}")
 
 
+def derivatives(results: Results) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the table of steps with derivatives: what they cost more, in steps."""
+    medians = {t.case: t.median for t in results.timings}
+    found: dict[str, list[str]] = {}
+    for case in CASES:
+        step = medians.get(f"{case.name.removesuffix(f'_{case.derivatives}')}_located")
+        if case.derivatives and step and case.name in medians:
+            name = case.name.removesuffix(f"_{case.derivatives}")
+            row = found.setdefault(name, [name, f"{step:.2f}", "", "", "", ""])
+            at = 2 if case.derivatives == "forward" else 4
+            row[at : at + 2] = [
+                f"{medians[case.name]:.2f}", f"{medians[case.name] / step - 1:.1f}"
+            ]  # fmt: skip
+    head = ["case", "step", "forward", "more, in steps", "adjoint", "more, in steps"]
+    return head, list(found.values())
+
+
 def others(results: Results) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the table of all engines."""
     head = ["scene", "engine", "settings", "us a step", "penetration [mm]", ""]
@@ -249,6 +266,17 @@ def markdown(results: Results) -> str:
         NOTES,
         "",
     ]
+    head, rows = derivatives(results)
+    if rows:
+        lines += [
+            "## Derivatives",
+            "",
+            "Median time of a located step in microseconds: plain, with its derivatives along all "
+            "q and v, and with a gradient carried back to q, v, the parameters, t and h.",
+            "",
+            *_table(head, rows),
+            "",
+        ]
     if results.runs:
         versions = ", ".join(f"{name} {m[name]}" for name in PEERS if name in m)
         lines += [

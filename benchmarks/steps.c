@@ -23,10 +23,40 @@ enum { PARTS = 64, FACTS = 4 };
 #define EVENTS(info) 0
 #endif
 
+#if DERIVATIVES
+static P(directions) directions;
+static P(adjoint) adjoint;
+#endif
 static P(work) work;
 static volatile P(real) sink;
 
 #include "functions.h"
+
+/* One step; where it is differentiated, along all coordinates and velocities, or back from a number
+   that all of them enter. */
+static int step(P(state) * state, P(info) * info, const P(params) * par, const P(options) * opt,
+                const P(real) u[]) {
+#if DERIVATIVES == 2
+    int k;
+    for (k = 0; k < N_Q; ++k) {
+        adjoint.q[k] = adjoint.v[k] = 1;
+    }
+    return P(step_adjoint)(state, &work, info, par, opt, u, (P(real))H, &directions, &adjoint);
+#elif DERIVATIVES == 1
+    int k;
+    directions.count = 2 * N_Q;
+    for (k = 0; k < 2 * N_Q * N_Q; ++k) {
+        directions.q[k] = k < N_Q * N_Q && k % (N_Q + 1) == 0;
+        directions.v[k] = k >= N_Q * N_Q && (k - N_Q * N_Q) % (N_Q + 1) == 0;
+    }
+    for (k = 0; k < 2 * N_Q; ++k) {
+        directions.t[k] = directions.grid[k] = 0;
+    }
+    return P(step_forward)(state, &work, info, par, opt, u, (P(real))H, &directions);
+#else
+    return P(step)(state, &work, info, par, opt, u, (P(real))H);
+#endif
+}
 
 static double now(void) {
     struct timespec t;
@@ -110,7 +140,7 @@ int main(void) {
         }
         for (k = 0; k < STEPS; ++k) {
             const double start = now();
-            const int status = P(step)(&state, &work, &info, &par, &opt, u, (P(real))H);
+            const int status = step(&state, &info, &par, &opt, u);
             const double end = now();
             unsigned pushed = 0;
             int c;
