@@ -67,6 +67,12 @@ CATCHERS = (
         "not coin",
     ),
     ("located events", "tests/test_located.py", ""),
+    (
+        "derivatives",
+        "tests/test_derivatives.py tests/test_adjoint.py tests/test_linearise.py "
+        "tests/test_optimisers.py",
+        "not hopper",
+    ),
     ("tables", "tests/test_tables.py", ""),
     ("anisotropic friction", "tests/test_elliptic.py", ""),
     ("polygons", "tests/test_polygons.py", ""),
