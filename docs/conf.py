@@ -25,5 +25,8 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
-autodoc_mock_imports = ["jax", "torch"]  # optional extras; their functions are described all the same
+autodoc_mock_imports = [
+    "jax",
+    "torch",
+]  # optional extras; their functions are described all the same
 nitpicky = False

@@ -226,11 +226,11 @@ def judged(made: sg.Stepper, wide: sg.Stepper, scene: str, number: int) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", DRAWN)
 def test_no_wrong_number_goes_unflagged(stepper: Build, scene: str) -> None:
-    """Sixty drawn starts of a scene of the corpus."""
+    """Sixty-four drawn starts of a scene of the corpus, of a thousand in all."""
     model = SCENES_OF_CORPUS[scene].model
     made = stepper(model, 2, derivatives=True)
     wide = stepper(model, 2, events="located", precision="extended")
-    found = [judged(made, wide, scene, number) for number in range(60)]
+    found = [judged(made, wide, scene, number) for number in range(64)]
     assert "bad" not in found, found.index("bad")
     assert found.count("other events beside") <= 4
     assert "good" in found
@@ -510,8 +510,9 @@ def test_every_model_away_from_events(name: str) -> None:
     u = np.zeros((44, made.sizes["n_u"])) if made.sizes["n_u"] else None
     about: dict[str, Any] = {"dt": dt, "events": "located", "tol": 0.0}
     first = made.simulate(**about, t_end=made.initial_state()[0] + 44 * dt, inputs=u)
-    # behind the second of the events of a start that just touches
-    begin = 3 + int(np.searchsorted(first.t, max((e.t for e in first.events[:1]), default=-1.0)))
+    # behind what happens at once; some starts just touch
+    soon = [e.t for e in first.events if e.t < first.t[10]]
+    begin = 3 + int(np.searchsorted(first.t, max(soon, default=-1.0)))
     later = [e.t for e in first.events if e.t > first.t[begin]]
     steps = int(min(40 - begin, (min(later, default=np.inf) - first.t[begin]) / dt - 0.5))
     assert steps >= 3
@@ -522,7 +523,7 @@ def test_every_model_away_from_events(name: str) -> None:
     traj = made.simulate(
         **about, q0=q.astype(float), v0=v.astype(float), derivatives="forward", of=of, project=True
     )
-    if name in ("painleve_rod", "ribbed_floor"):  # captured; sliding at the corner of an ellipse
+    if name == "ribbed_floor":  # slides on an ellipse
         assert traj.differentiable is not True
         return
     assert traj.differentiable is True

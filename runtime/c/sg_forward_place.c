@@ -190,16 +190,18 @@ static void sg_forward_forces(SG(work) * w, const SG(params) * par, const SG(opt
     }
 }
 
-/* 1 if a change of row c that should keep its place is one, measured by its terms. */
+/* 1 if a change of row c that should keep its place is one, measured by what its terms can be. */
 static int sg_is_change(const SG(work) * w, int c, real change) {
     real size = SG_C(0.0);
-    int e;
+    real most = SG_C(0.0);
+    int e, j;
     for (e = sg_table[sg_direction.start + c]; e < sg_table[sg_direction.start + c + 1]; ++e) {
-        const int j = sg_table[sg_direction.index + e];
-        size += SG_FABS(w->direction[e]) *
-                (SG_FABS(w->forward.q[j]) + SG_FABS(w->forward.v[j]) + SG_FABS(w->v[j]));
+        size += SG_FABS(w->direction[e]);
     }
-    return SG_FABS(change) > SG_TOUCH * size + SG_TINY;
+    for (j = 0; j < SG_N_Q; ++j) {
+        most = sg_max(most, SG_FABS(w->forward.q[j]) + SG_FABS(w->forward.v[j]) + SG_FABS(w->v[j]));
+    }
+    return SG_FABS(change) > SG_TOUCH * size * most + SG_TINY;
 }
 
 /* 1 if the direction at hand leaves what holds at the start of a run: constraints, contacts that
