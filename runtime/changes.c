@@ -33,6 +33,19 @@ typedef struct {
     int *leaves;                    /* directions that leave its start, n_ways */
 } SG(changes);
 
+/* Growth of a small change of the state from which on rounding decides what the derivative is: the
+   square root of the precision, turned round. */
+static SG(real) most_growth(void) {
+    const SG(real) half = (SG(real))0.5;
+    SG(real) growth = 1;
+    SG(real) precision = 1;
+    while ((SG(real))(1 + precision * half) > 1) {
+        precision *= half;
+        growth *= (SG(real))1.4142135623730951;
+    }
+    return growth;
+}
+
 typedef struct {
     SG(work) work;
     SG(info) info;
@@ -60,7 +73,7 @@ static void keep_row(const SG(changes) * c, int k, int row, const SG(directions)
     const long rows = (c->n_steps + c->every - 1L) / c->every + 1;
     const long first = ((long)k * rows + row) * c->n_ways * c->n_q;
     int i, j;
-    for (j = 0; j < d->count; ++j) {
+    for (j = 0; j < d->count - 1; ++j) { /* the last is the probe */
         /* the start is as it is said, whatever follows */
         const int known = row == 0 || (!lost && !d->leaves[j] && d->t[j] == d->grid[j]);
         for (i = 0; i < c->n_q; ++i) {
@@ -71,20 +84,49 @@ static void keep_row(const SG(changes) * c, int k, int row, const SG(directions)
     }
 }
 
+/* A change of the whole state behind the directions that are asked for: it shows how the motion
+   spreads. */
+static void add_probe(const SG(changes) * c, SG(directions) * d) {
+    const int j = d->count;
+    int i;
+    for (i = 0; i < c->n_q; ++i) {
+        d->q[j * c->n_q + i] = (SG(real))(i % 3 == 1 ? -1 : 1);
+        d->v[j * c->n_q + i] = (SG(real))(i % 2 == 1 ? -1 : 1);
+    }
+    ++d->count;
+}
+
+/* 1 if it has grown too much. */
+static int has_spread(const SG(changes) * c, const SG(directions) * d, SG(real) most) {
+    const int j = d->count - 1;
+    int i;
+    for (i = 0; i < c->n_q; ++i) {
+        if (!(fabs((double)d->q[j * c->n_q + i]) < (double)most &&
+              fabs((double)d->v[j * c->n_q + i]) < (double)most)) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static void walk(const void *job, int k, void *memory) {
     const SG(changes) *c = job;
     walker *m = memory;
     SG(directions) *d = &m->directions;
-    const int of_map = 7; /* a step that is captured because all are */
+    const SG(real) most = most_growth();
+    const int of_map = 7;  /* a step that is captured because all are */
+    const int spreads = 8; /* a motion that rounding decides */
     int lost = 0;
+    int spread = 0;
     int step;
     *d = c->seeds[k];
+    add_probe(c, d);
     c->n_lost[k] = 0;
     c->status[k] =
         SG(set_state)(&m->state, c->t0[k], &c->q0[(long)k * c->n_q], &c->v0[(long)k * c->n_q]);
     for (step = 0; c->status[k] == 0 && !*c->stop; ++step) {
         int status;
-        if (d->count > 0 && (step % c->every == 0 || step == c->steps[k])) {
+        if (d->count > 1 && (step % c->every == 0 || step == c->steps[k])) {
             keep_row(c, k, (step + c->every - 1) / c->every, d, lost);
         }
         if (step == c->steps[k]) {
@@ -98,6 +140,14 @@ static void walk(const void *job, int k, void *memory) {
             note_lost(c, k, d);
         }
         lost = lost || (d->lost != 0 && !c->captured);
+        if (!spread && !lost && status <= 2 && has_spread(c, d, most)) {
+            spread = 1;
+            d->lost = spreads;
+            d->contact = -1;
+            d->at = m->state.t;
+            note_lost(c, k, d);
+            lost = !c->captured;
+        }
     }
 }
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from signorini.runtime.batch import Batch
 from signorini.runtime.compiled import Compiled
-from signorini.runtime.derivatives import NotDifferentiable, Seeds, Tangents, Walk, reason
+from signorini.runtime.derivatives import SPREADS, NotDifferentiable, Seeds, Tangents, Walk, reason
 from signorini.runtime.errors import RunError
 from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
@@ -315,7 +315,8 @@ class Gradient:
             "run_back", q_bar=lib.array(bars[0]), v_bar=lib.array(bars[1]), u_bar=u_bar,
             leaves=away, gradient=np.frombuffer(gradients, np.uint8),
         )  # fmt: skip
-        runs = [self._of_run(k, gradients[k], away[k] != 0, job) for k in range(n)]
+        given = [max(float(np.max(np.abs(bar[k]))) for bar in bars) for k in range(n)]
+        runs = [self._of_run(k, gradients[k], away[k] != 0, job, given[k]) for k in range(n)]
         found = {name: np.array([run[name] for run in runs]) for name in runs[0]}
         found["inputs"] = u_bar.astype(lib.wide, copy=False)
         if not self.alone:
@@ -325,8 +326,10 @@ class Gradient:
             for name, x in found.items()
         }
 
-    def _of_run(self, k: int, g: Any, leaves: np.ndarray, job: _Job) -> dict[str, np.ndarray]:
-        """The gradient by the start of run k, from what C has found."""
+    def _of_run(
+        self, k: int, g: Any, leaves: np.ndarray, job: _Job, given: float
+    ) -> dict[str, np.ndarray]:
+        """The gradient by the start of run k, of cotangents of size `given`, as C has found it."""
         taken, lib = self.taken, self.taken.stepper.library
         n_q, n_par = taken.stepper.sizes["n_q"], taken.stepper.sizes["n_par"]
         found = {
@@ -349,6 +352,9 @@ class Gradient:
             own_away = leaves[start : start + found[name].size]
             found[name] = np.where(own_away | away.get(name, False), np.nan, found[name])
         events = [] if job.job.captured else job.lost(k)
+        by_state = [float(np.max(np.abs(x), initial=0.0)) for x in (found["q0"], found["v0"])]
+        if not max(by_state) < given / np.sqrt(np.finfo(lib.dtype).eps) and given > 0:
+            events.append(reason(taken.stepper, SPREADS, float(taken.t[k]), -1))
         if events:
             self.found(k, events)
             found = {name: np.full_like(x, np.nan) for name, x in found.items()}

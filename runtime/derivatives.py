@@ -10,7 +10,7 @@ from signorini.runtime.errors import RunError
 from signorini.runtime.options import RunOptions
 
 OF = ("q0", "v0", "parameters", "inputs", "t0", "dt")
-# In the order of the numbers that C gives; the last says nothing against a derivative.
+# In the order of the numbers that C gives; the seventh says nothing against a derivative.
 _REASONS = (
     "",
     "the step, or its rest, was captured",
@@ -20,8 +20,9 @@ _REASONS = (
     "a percussion or a direction of slip is where its law has a corner",
     "a linear system is singular",
     "steps are captured: derivatives are those of their map, not of the motion",
+    "the motion spreads: rounding of its start decides what the derivative is",
 )
-_OF_MAP = len(_REASONS) - 1
+_OF_MAP, SPREADS = 7, 8
 
 
 @dataclass(frozen=True)
