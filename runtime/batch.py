@@ -59,7 +59,7 @@ class Batch:
         Every how many steps a row was recorded.
     bytes_per_run : int
         Memory of the result of one run; each thread needs `bytes_per_thread` besides.
-    dq, dv : dict from name to ndarray, shape (n, n_t, n_q, ...)
+    dq, dv, doutputs : dict from name to ndarray, shapes (n, n_t, n_q | n_outputs, ...)
         Derivatives of runs with ``derivatives="forward"``.
     gradient : Gradient
         Gradients of runs with ``derivatives="adjoint"``: ``batch.gradient(q_bar, v_bar)``.
@@ -88,6 +88,7 @@ class Batch:
     bytes_per_thread: int
     dq: dict[str, np.ndarray] = field(default_factory=dict)
     dv: dict[str, np.ndarray] = field(default_factory=dict)
+    doutputs: dict[str, np.ndarray] = field(default_factory=dict)
     gradient: Callable[..., dict[str, Any]] | None = None
     differentiable: list[Any] = field(default_factory=list)
 

@@ -428,4 +428,14 @@ def differentiate_batch(batch: Batch, taken: Taken, of: tuple[str, ...] | None) 
 
         return replace(batch, gradient=Gradient(taken, False, add), differentiable=found)
     dq, dv, events = forward(taken, of)
-    return replace(batch, dq=dq, dv=dv, differentiable=[x or True for x in events])
+    rows = []
+    for k in range(len(batch)):
+        u = batch.trajectory(k).u
+        held = np.concatenate([u, np.repeat(u[-1:], batch.t.shape[1] - len(u), axis=0)])
+        arrays = {"t": batch.t[k], "q": batch.q[k], "v": batch.v[k], "u": held}
+        own = ({name: change[k] for name, change in by.items()} for by in (dq, dv))
+        rows.append(outputs(taken, k, arrays, *own))
+    return replace(
+        batch, dq=dq, dv=dv, doutputs={name: np.array([row[name] for row in rows]) for name in dq},
+        differentiable=[x or True for x in events],
+    )  # fmt: skip

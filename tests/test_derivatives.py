@@ -489,16 +489,22 @@ def test_outputs_change_with_what_they_are_of(stepper: Build) -> None:
     m.lagrangian = v**2 / 2
     m.output("y", a * x**2 + m.time * u + v)
     m.initial_state(q=[1.5], v=[0.5])
-    traj = sg.build(m, stages=2, derivatives=True).simulate(
-        t0=1.0, t_end=2.0, dt=0.1, inputs=np.full((10, 1), 0.3), derivatives="forward",
-        of=("q0", "v0", "parameters", "inputs", "t0", "dt"), every=3,
-    )  # fmt: skip
+    made = sg.build(m, stages=2, derivatives=True)
+    about: dict[str, Any] = {
+        "t0": 1.0, "t_end": 2.0, "dt": 0.1, "inputs": np.full((10, 1), 0.3), "every": 3,
+        "derivatives": "forward", "of": ("q0", "v0", "parameters", "inputs", "t0", "dt"),
+    }  # fmt: skip
+    traj = made.simulate(**about)
     y = {name: change[-1, 0, 0] for name, change in traj.doutputs.items()}
     expected = {
         "q0": 2 * 2 * 2.0, "v0": 2 * 2 * 2.0 + 1, "parameters": 4.0, "inputs": 2.0, "t0": 0.3,
         "dt": 10 * (2 * 2 * 2.0 * 0.5 + 0.3),
     }  # fmt: skip
     assert y == pytest.approx(expected, rel=1e-12)
+    batch = made.simulate_batch(**about, q0={"x": [1.5, 2.5]})
+    for name, change in traj.doutputs.items():
+        np.testing.assert_array_equal(batch.doutputs[name][0], change)
+    assert batch.doutputs["q0"][1, -1, 0, 0] == pytest.approx(2 * 2 * 3.0)
 
 
 @WIDE
