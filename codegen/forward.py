@@ -67,7 +67,9 @@ class _Twins:
         values = tuple(self.steps(p.values) for p in scheme.problems)
         watch = self.steps(located.watch) if located else ()
         segment = located.finish if located else None
-        places = self.places_for(scheme.problems[located.chain], segment) if located else ()
+        places: tuple[Assembly, ...] = ()
+        if located and segment:
+            places = self.places_for(scheme.problems[located.chain], segment)
         used = {
             step.point for part in (start, *values, watch) for step in part
             if isinstance(step, Evaluate)
