@@ -352,8 +352,8 @@ class Gradient:
             own_away = leaves[start : start + found[name].size]
             found[name] = np.where(own_away | away.get(name, False), np.nan, found[name])
         events = [] if job.job.captured else job.lost(k)
-        by_state = [float(np.max(np.abs(x), initial=0.0)) for x in (found["q0"], found["v0"])]
-        if not max(by_state) < given / np.sqrt(np.finfo(lib.dtype).eps) and given > 0:
+        by_state = max(float(np.max(np.abs(lib.kept(x)))) for x in (g.q, g.v))
+        if not events and not by_state * np.sqrt(np.finfo(lib.dtype).eps) <= given:
             events.append(reason(taken.stepper, SPREADS, float(taken.t[k]), -1))
         if events:
             self.found(k, events)
