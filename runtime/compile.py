@@ -21,6 +21,7 @@ from platformdirs import user_cache_dir
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
 # The driver of many runs, compiled together with every stepper.
 _BATCH = Path(__file__).with_name("batch.c")
+_CONTROLLED = _BATCH.with_name("controlled.c")
 # where steps can be differentiated
 _CHANGES = (_BATCH.with_name("changes.c"), _BATCH.with_name("maps.c"))
 _POOL = _BATCH.with_name("pool.h")
@@ -118,7 +119,11 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     flags = [f"-O{level}"]
     if level < 2 and _mixes_levels():
         flags = ["-O2", f"-DSIGNORINI_EVALUATION={level}"]
-    drivers = [_BATCH, *(_CHANGES if f"{prefix}_step_forward".encode() in heading else ())]
+    drivers = [
+        _BATCH,
+        _CONTROLLED,
+        *(_CHANGES if f"{prefix}_step_forward".encode() in heading else ()),
+    ]
     own = {path.name: path.read_bytes() for path in (*drivers, _POOL)}
     files = {source.name: text, model.name: functions, f"{source.stem}.h": heading, **own}
     parts = (*map(_without_defaults, (text, functions, heading)), *own.values())

@@ -140,6 +140,16 @@ class Library:
             entry.restype = result
             entry.argtypes = argument_types
             self.call[name] = entry
+        widths = ("n_q", "n_u", "n_R", "n_contacts", "n_stages", "n_counts")
+        fields = [(name, c_int) for name in widths]
+        self.widths = type("widths", (ctypes.Structure,), {"_fields_": fields})
+        self.simulate_controlled = self._symbol("simulate_controlled")
+        self.simulate_controlled.restype = c_int
+        self.simulate_controlled.argtypes = [
+            *(s["state"], s["work"], s["info"], s["params"], s["options"]),
+            *(ctypes.c_void_p, array, array, real, c_int, c_int),
+            *(s["record"], pointer(self.widths), pointer(c_int)),
+        ]
         self.run_batch = self._symbol("run_batch")
         self.run_batch.restype = c_int
 

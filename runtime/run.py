@@ -9,6 +9,7 @@ import numpy as np
 from signorini.runtime.arguments import reals
 from signorini.runtime.compiled import SUCCESS, Compiled, Inputs
 from signorini.runtime.consistency import contradiction, report
+from signorini.runtime.controller import Controller
 from signorini.runtime.diagnosis import check_coefficients, check_mass, first_nonfinite
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.event import Event
@@ -125,6 +126,16 @@ class Run:
         self.buffers["v"][0] = v
         self.buffers["smallest_gap"][0] = np.inf
         self.start = (t, q, v)
+        self.memory: np.ndarray | None = None
+
+    def controlled(self, asked: Inputs) -> None:
+        """Let C ask for the inputs, if it can."""
+        if isinstance(asked, Controller):
+            n = self.stepper.sizes
+            self.memory, self.control = asked.memory.copy(), asked.address
+            self.widths = self.lib.widths(
+                n["n_q"], n["n_u"], n["n_R"], n["n_contacts"], self.stepper.stages, len(COUNTS)
+            )
 
     def look_at_start(self, u: np.ndarray) -> None:
         """Raise if a function or derivative that the steps use is no number at the start.
@@ -160,11 +171,13 @@ class Run:
             if self.n_steps:
                 if asked:
                     used[0] = self._ask(asked)
+                    self.controlled(asked)
                 self.look_at_start(used[0])
             watch.look_at_start(*self.start)
             while done < self.n_steps and status <= SUCCESS:
-                count = 1 if asked else min(self.chunk, self.n_steps - done)
-                if asked and done:
+                in_c = asked is None or self.memory is not None
+                count = min(self.chunk, self.n_steps - done) if in_c else 1
+                if asked and done and not in_c:
                     used[done] = self._ask(asked)
                 status, taken = self._chunk(used, done, count)
                 done += taken
@@ -250,19 +263,17 @@ class Run:
             record.max_events = len(self.event_array)
         record.begun = done % self.every
         taken = ctypes.c_int(0)
-        status = lib.call["simulate"](
-            self.state,
-            self.work,
-            self.info,
-            self.params,
-            self.options,
-            lib.pointer(u[done:]) if u.size else None,
-            self.h,
-            count,
-            self.every,
-            record,
-            taken,
-        )
+        structs = self.state, self.work, self.info, self.params, self.options
+        if self.memory is not None:
+            status = lib.simulate_controlled(
+                *structs, self.control, lib.pointer(self.memory), lib.pointer(u[done:]), self.h,
+                count, self.every, record, self.widths, taken,
+            )  # fmt: skip
+        else:
+            inputs = lib.pointer(u[done:]) if u.size else None
+            status = lib.call["simulate"](
+                *structs, inputs, self.h, count, self.every, record, taken
+            )
         self.events += [event_of(self.stepper, self.event_array[k]) for k in range(found.value)]
         return status, taken.value
 

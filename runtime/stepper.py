@@ -10,6 +10,7 @@ from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.changes import Taken, differentiate, differentiate_batch, table_of
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
+from signorini.runtime.controller import Controller
 from signorini.runtime.derivatives import check_derivatives
 from signorini.runtime.errors import RunError
 from signorini.runtime.library import Library
@@ -162,7 +163,8 @@ class Stepper(Compiled):
         parameters : mapping
             Values that differ from the defaults.
         inputs : None, array of shape (n_steps, n_u), or callable (t, q, v) -> u
-            Held over each step; a callable is asked before each step.
+            Held over each step; a callable is asked before each step. One in C, see `controller`,
+            costs nothing.
         tol : float
             Relative tolerance of every row; 0 iterates to round-off. With ``scaling="none"`` an
             absolute tolerance, as in the paper.
@@ -309,6 +311,38 @@ class Stepper(Compiled):
             record=record,
             options=chosen,
         )
+
+    def controller(
+        self,
+        source: str | os.PathLike[str],
+        function: str = "control",
+        memory: Sequence[float] = (0.0,),
+    ) -> Controller:
+        """A controller in C that gives the inputs of a run at full speed.
+
+        Parameters
+        ----------
+        source : path
+            A C file with ``void control(double t, const double q[], const double v[], double u[],
+            double memory[])``, which needs only libm; ``real`` of the stepper for ``double``.
+        function : str
+            Name of the function.
+        memory : sequence of float
+            Numbers of its own: gains, integrals. Every run begins with these.
+
+        Returns
+        -------
+        Controller
+            For ``simulate(inputs=...)``; asked before every step, as a function in Python is.
+
+        Raises
+        ------
+        RunError
+            If the file or the function is not there, or the model has no inputs.
+        CompilerError
+            If it does not compile.
+        """
+        return Controller(self, source, function, memory)
 
     def linearise(
         self,
