@@ -1,8 +1,9 @@
 """A loaded stepper: steps, whole runs, model functions, residuals."""
 
+import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from signorini.runtime.arguments import as_path, grid, number, reals
@@ -21,6 +22,25 @@ from signorini.runtime.simulator import Simulator
 from signorini.runtime.simulator import start as start_simulator
 from signorini.runtime.threads import number_of_threads
 from signorini.runtime.trajectory import Trajectory
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _named(method: Method) -> Method:
+    """The method, whose messages say of which model they speak."""
+
+    @functools.wraps(method)
+    def named(self: "Stepper", *args: Any, **kwargs: Any) -> Any:
+        try:
+            return method(self, *args, **kwargs)
+        except RunError as error:
+            if type(error) is not RunError or f"'{self.name}'" in str(error):
+                raise
+            about = RunError(f"model '{self.name}': {error}")
+            about.__dict__.update(error.__dict__)
+            raise about from None
+
+    return cast(Method, named)
 
 
 def load(folder: str | os.PathLike[str]) -> "Stepper":
@@ -103,6 +123,7 @@ class Stepper(Compiled):
             f"Stepper('{self.name}', {m['scheme']}, s = {self.stages}, {m['precision']}: {sizes})"
         )
 
+    @_named
     def project(
         self,
         q0: Any,
@@ -124,6 +145,7 @@ class Stepper(Compiled):
 
     # --- runs ------------------------------------------------------------------------------------
 
+    @_named
     def simulate(
         self,
         *,
@@ -250,6 +272,7 @@ class Stepper(Compiled):
             differentiate(traj, taken, wanted if derivatives == "forward" else None)
         return traj
 
+    @_named
     def start(
         self,
         *,
@@ -344,6 +367,7 @@ class Stepper(Compiled):
         """
         return Controller(self, source, function, memory)
 
+    @_named
     def linearise(
         self,
         *,
@@ -406,6 +430,7 @@ class Stepper(Compiled):
     def __reduce__(self) -> tuple[Any, ...]:
         return load, (str(self.folder),)
 
+    @_named
     def simulate_batch(
         self,
         *,
@@ -500,6 +525,7 @@ class Stepper(Compiled):
         )  # fmt: skip
         return differentiate_batch(batch, taken, wanted if derivatives == "forward" else None)
 
+    @_named
     def step(
         self,
         t: float,

@@ -6,6 +6,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -483,3 +484,12 @@ def test_a_guard_that_is_no_number_is_an_error() -> None:
     assert caught.value.trajectory.q[-1, 0] == pytest.approx(1, abs=0.011)
     with pytest.raises((sg.StepError, sg.RunError), match="guard"):
         stepper.simulate(t_end=1, dt=1e-2, q0=[2.0])
+
+
+def test_messages_of_runs_say_of_which_model_they_speak(stepper: Build) -> None:
+    made = stepper(bouncing_ball.model, 2)
+    about: dict[str, Any] = {"t_end": 1.0, "dt": 0.1}
+    for wrong in ({"dt": -1}, {"q0": [1]}, {"parameters": {"x": 1}}, {"every": 0}, {"tol": -1}):
+        for run in (made.simulate, made.simulate_batch):
+            with pytest.raises(sg.RunError, match="model 'bouncing_ball'"):
+                run(**(about | wrong))

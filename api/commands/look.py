@@ -138,7 +138,7 @@ def view(
 
 
 @app.command
-def gallery(*names: str, out: Path) -> None:
+def gallery(*names: str, out: Path, moving: Switch = False) -> None:
     """Draw a picture of every shipped model into a folder.
 
     Parameters
@@ -147,6 +147,8 @@ def gallery(*names: str, out: Path) -> None:
         Models to draw, by default all.
     out
         Folder for the pictures.
+    moving
+        Pages that move instead, of models in the plane; films of those in space.
     """
     from signorini.locate import find_model, shipped
     from signorini.picture import draw
@@ -157,5 +159,10 @@ def gallery(*names: str, out: Path) -> None:
     for name in track(names or shipped(), "drawing", console=console, transient=True):
         chosen = find_model(name)
         traj = build(chosen).simulate(**chosen.suggested)
-        draw(traj, out / f"{name}.png")
+        if not moving:
+            draw(traj, out / f"{name}.png")
+        else:
+            places = traj.stepper.evaluate("shapes", traj.t[0], traj.q[0])
+            in_space = places.shape[-1] == 3
+            traj.animate(out / (f"{name}.gif" if in_space else f"{name}.html"), fps=12)
     console.print(f"pictures: {out}", markup=False, highlight=False)
