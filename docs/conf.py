@@ -71,7 +71,8 @@ def write_gallery(_: Any) -> None:
     )
     (folder / "index.md").write_text(
         "# Gallery\n\nEvery shipped model: a motion to play with, its equations, the number "
-        f"that it is held to, its source.\n\n{pictures}\n\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n",
+        "that it is held to, its source.\n\n"
+        f"{pictures}\n\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n",
         encoding="utf-8",
     )
 
