@@ -255,7 +255,7 @@ class Library:
         expected = [ctypes.sizeof(struct), *(getattr(struct, name).offset for name, _ in fields)]
         if list(said) != expected:
             raise RunError(
-                f"{self.folder}: the driver of {name} lays out its struct as {list(said)}, the "
+                f"{self.folder}: the driver '{name}' lays out its struct as {list(said)}, the "
                 f"loader as {expected}: the installation is damaged"
             )
         return struct

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from compilers import compiler, run
-from signorini.codegen.c.build import CONTRACT, FORWARD, SCRATCH, emit_spec, runtime_order
+from signorini.codegen.c.build import ALL, CONTRACT, SCRATCH, emit_spec, runtime_order
 from signorini.codegen.c.emit import RUNTIME_BEGIN, TABLES_END, render
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.frontend.validate import freeze
@@ -24,8 +24,8 @@ SOURCES = [name for name in FILES if name.endswith(".c")]
 
 
 def test_every_file_is_part_of_a_stepper() -> None:
-    stepper = {*runtime_order(FORWARD), *runtime_order(("sg_stable.c", "sg_cell.c"))}
-    assert stepper == set(FILES)
+    """Or stands beside it: in the files of the model functions and of the external function."""
+    assert set(runtime_order(ALL)) == set(FILES)
 
 
 def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
@@ -36,11 +36,14 @@ def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
     head = files["m.c"].split(TABLES_END)[0]
     assert RUNTIME_BEGIN in head
     known = set(runtime_order((CONTRACT,))) | set(SCRATCH)
-    apart = files["m_model.c"].split(RUNTIME_BEGIN)[0]  # sg_stable.c stands beside model functions
+    beside = {
+        "sg_stable.c": files["m_model.c"].split(RUNTIME_BEGIN)[0],
+        "sg_external.c": files["m_casadi.c"].split(RUNTIME_BEGIN)[0],
+    }
     own = re.compile(r"#(pragma once|include \"sg_\w+\.[ch]\")")
     flags = ("-std=c99", "-Wall", "-Wextra", "-Werror=implicit-function-declaration")
     for name in SOURCES:
-        text, there = (apart, set()) if name == "sg_stable.c" else (head, known)
+        text, there = (beside[name], set()) if name in beside else (head, known)
         needed = (other for other in runtime_order((name,)) if other not in there)
         text += "".join(own.sub("", (C / other).read_text()) for other in needed)
         (tmp_path / f"alone_{name}").write_text(text)
@@ -105,7 +108,7 @@ def test_a_driver_of_batches_with_another_struct_is_refused(
     (x,) = m.coordinates("x")
     m.lagrangian = m.velocities[0] ** 2 / 2 - x**2
     m.initial_state(q=[1])
-    with pytest.raises(sg.RunError, match="the driver of batches lays out its struct"):
+    with pytest.raises(sg.RunError, match="the driver 'batch' lays out its struct"):
         sg.build(m, stages=2)
 
 

@@ -163,6 +163,9 @@ def gallery(*names: str, out: Path, moving: Switch = False) -> None:
             draw(traj, out / f"{name}.png")
         else:
             places = traj.stepper.evaluate("shapes", traj.t[0], traj.q[0])
-            in_space = places.shape[-1] == 3
-            traj.animate(out / (f"{name}.gif" if in_space else f"{name}.html"), fps=12)
+            if places.shape[-1] == 3:  # a short film, of few frames
+                lasts = float(traj.t[-1] - traj.t[0])
+                traj.animate(out / f"{name}.gif", fps=6, speed=lasts / 4)
+            else:
+                traj.animate(out / f"{name}.html")
     console.print(f"pictures: {out}", markup=False, highlight=False)
