@@ -67,7 +67,7 @@ def grid(t0: float, t_end: float, dt: float) -> tuple[float, int]:
     warnings.warn(
         f"dt = {dt:g} does not divide the time from {t0:g} to {t_end:g}: the last of {n} steps "
         f"ends at {t0 + n * dt:g}",
-        stacklevel=3,
+        stacklevel=4,
     )
     return dt, n
 

@@ -76,7 +76,7 @@ def check_derivatives(
             f"model '{stepper.name}': derivatives of captured steps are those of their map, which "
             "is a staircase wherever there is an impact, and not those of the motion: choose "
             'events="located"',
-            stacklevel=3,
+            stacklevel=4,
         )
     if asked:
         raise RunError(

@@ -111,5 +111,5 @@ class Watch:
             f"model '{self.stepper.name}': the step is too large for the stiffness at t = {t:g}: "
             f"the fastest oscillation has a period of {period:.2g}, and its amplitude may grow. "
             f"With dt = {two_digits(_MARGIN * h)} it is stable",
-            stacklevel=5,
+            stacklevel=6,
         )

@@ -444,8 +444,9 @@ def test_captured_steps_have_that_of_their_map(stepper: Build) -> None:
     wide = stepper(bouncing_ball.model, 2, events="located", precision="extended")
     about: dict[str, Any] = {"t_end": 0.6, "dt": 0.03, "tol": 0.0}
     _, q, v = made.initial_state()
-    with pytest.warns(UserWarning, match="captured steps are those of their map"):
+    with pytest.warns(UserWarning, match="captured steps are those of their map") as told:
         traj = made.simulate(**about, derivatives="forward", of=("q0", "v0"))
+    assert told[0].filename == __file__
     assert [e.kind for e in traj.events] == ["impact"]
     assert [x.why for x in traj.differentiable] == [
         "steps are captured: derivatives are those of their map, not of the motion"
