@@ -256,8 +256,8 @@ def markdown(results: Results) -> str:
     lines = [
         "# Time of a step",
         "",
-        "`signorini bench` writes this page: with `--native --counts --peers` for other engines and "
-        "what depends on the machine, with `--cases` for some steps alone.",
+        "`signorini bench` writes this page: with `--native --counts --peers` for other engines "
+        "and what depends on the machine, with `--cases` for some steps alone.",
         "",
         f"{m['processor']}; {m['system']}; {m['compiler']}; `{m['flags']}`; {m['date']}. "
         f"Peak of one core, measured: {m['peak']:.0f} operations a nanosecond.",
