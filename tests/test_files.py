@@ -211,8 +211,8 @@ def test_two_processes_share_one_compilation(cache: Path, tmp_path: Path) -> Non
     env = os.environ | {"CC": str(script)}
     both = [subprocess.Popen([sys.executable, "-c", code], env=env) for _ in range(2)]
     assert [p.wait() for p in both] == [0, 0]
-    # stepper, model functions and driver of batches, and their library: once
-    assert count.read_text().count("x") == 4
+    # stepper, model functions, drivers of batches and of controllers, and their library: once
+    assert count.read_text().count("x") == 5
 
 
 def test_an_unbalanced_compiler_is_one_message(
