@@ -1,5 +1,6 @@
 """What a scene looks like: bodies, obstacles, springs and contacts tell the model's drawing."""
 
+from itertools import product
 from typing import Any
 
 from signorini.bodies.algebra import Vector, add, scale
@@ -8,6 +9,7 @@ from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
 from signorini.codegen.frontend.drawing import Drawing, Drawn
 
 _SAMPLES = 40  # intervals of a curve
+_MESHES = 10  # intervals of a surface along both sides
 
 
 class Looks:
@@ -77,7 +79,7 @@ class Looks:
                 if self._first("edge", thing.start.frame, thing.start.place, thing.end.place):
                     self._drawing.add("line", ends, thing.start.frame.name)
         if isinstance(one, Point) and isinstance(other, Surface):
-            self._curve(one, other)
+            self._graph(one, other)
 
     def _round(self, center: Point, semi_axes: Vector) -> None:
         frame = center.frame
@@ -86,15 +88,16 @@ class Looks:
             ends = [add(center.position, scale(size, axis)) for size, axis in axes]
             self._drawing.add("round", [center.position, *ends], frame.name)
 
-    def _curve(self, point: Point, surface: Surface) -> None:
-        """The graph of a function around a point; in space there is no line to draw."""
-        if surface.height is None or surface.frame.dimension != 2:
+    def _graph(self, point: Point, surface: Surface) -> None:
+        """The graph of a function around a point: a curve, in space a net."""
+        if surface.height is None:
             return
         frame = surface.frame
-        (x, _y) = frame.components(add(point.position, scale(-1, frame.origin)))
-        places = [x + surface.shown * (2 * k / _SAMPLES - 1) for k in range(_SAMPLES + 1)]
-        points = [frame.point(place, surface.height(place)).position for place in places]
-        self._drawing.add("curve", points, frame.name)
+        *below, _height = frame.components(add(point.position, scale(-1, frame.origin)))
+        count = _SAMPLES if frame.dimension == 2 else _MESHES
+        sides = [[x + surface.shown * (2 * k / count - 1) for k in range(count + 1)] for x in below]
+        points = [frame.point(*xy, surface.height(*xy)).position for xy in product(*sides)]
+        self._drawing.add("curve" if frame.dimension == 2 else "net", points, frame.name)
 
     def _on_bodies(self, *points: Point) -> None:
         for point in points:

@@ -65,6 +65,7 @@ FURTHER = re.compile(
             r"test_stability.py::test_several_frequencies",
             r"test_collection.py::test_turntable_circle",
             r"test_tables.py::test_functions_in_c\[casadi",
+            r"test_view.py::test_a_surface_in_space",
             r"test_theta.py::test_a_linear_oscillator_is_a_matrix\[0.7",
             r"test_full_order.py::test_(sleigh|turntable)_orders\[3",
             r"test_collection.py::test_(sphere_sticks|bead_settles|turntable_circle)",

@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from signorini.bodies import Spatial
 from signorini.locate import find_model
 from signorini.models import (
     bouncing_ball,
@@ -23,7 +25,7 @@ from signorini.models import (
     woodpecker,
 )
 from signorini.runtime.errors import RunError
-from signorini.view.geometry import faces, hull
+from signorini.view.geometry import faces, hull, meshes
 from signorini.view.motion import frames, motion, pace
 from signorini.view.plots import Plots, cardan
 from trap_models import one_coordinate
@@ -250,6 +252,31 @@ def test_what_cannot_be_shown_is_refused(ball: sg.Trajectory, tmp_path: Path) ->
     with pytest.raises(RunError, match=r"no panel 'gap'.*gaps"):
         ball.plot(panels=["gap"])
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_surface_in_space_is_drawn(moves: bool) -> None:
+    """A net around a particle lies on the surface; one at rest is drawn once, where it was seen."""
+    m = sg.Model("dip")
+    world = Spatial(m, gravity=(0, 0, -9.81))
+    bead = world.particle("a", 1.0)
+    lift = sp.sin(m.time) / 2 if moves else 0
+    world.contact("bowl", bead, world.graph(lambda x, y: x**2 / 2 - x * y / 5 + lift, shown=0.4))
+    world.initial_state(q={"a_x": 0.8, "a_y": 0.3, "a_z": 1.2}, v={"a_y": 1.0})
+    seen = motion(sg.build(m, stages=2).simulate(t_end=1.5, dt=1e-2))
+    (net,) = (thing for thing in seen.things if thing.kind == "net")
+    assert net.rests != moves
+    t = np.zeros(1) if net.rests else seen.t
+    x, y, z = np.moveaxis(net.points, 2, 0)
+    off = z - (x**2 / 2 - x * y / 5) - (np.sin(t) / 2 if moves else 0 * t)[:, None]
+    side = 0.8 / 10  # chords of a curve of second derivative 1 are off by an eighth of its square
+    assert np.nanmax(np.abs(off)) < (1e-12 if moves else side**2 / 4)
+    (dot,) = (thing for thing in seen.things if thing.kind == "dot")
+    low, high = seen.box()
+    corners = net.at(0)[meshes(net.at(0), net.rows, low, high)]
+    way = dot.points[:1, 0] if moves else dot.points[:, 0]
+    apart = np.abs(corners.mean(axis=1)[None, :, :2] - way[:, None, :2]).max(axis=2)
+    assert apart.min(axis=1).max() <= side / 2 * (1 + 1e-9)
 
 
 def test_models_that_draw_nothing_say_so(stepper: Build, tmp_path: Path) -> None:

@@ -19,6 +19,20 @@ def semi_axes(points: np.ndarray) -> np.ndarray:
     return axes
 
 
+def meshes(points: np.ndarray, rows: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Indices of the four corners of the meshes of a net that are all known, shape (meshes, 4).
+
+    They lie below a box or beside it by little, unless none does.
+    """
+    number = np.arange(len(points)).reshape(rows, -1)
+    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    found = np.stack([c.ravel() for c in corners], axis=1)
+    found = found[np.isfinite(points[found]).all(axis=(1, 2))]
+    middle, beside = points[found].mean(axis=1)[:, :2], 0.1 * float((high - low).max())
+    near = ((middle >= low[:2] - beside) & (middle <= high[:2] + beside)).all(axis=1)
+    return np.asarray(found[near] if near.any() else found)
+
+
 def hull(points: np.ndarray) -> np.ndarray:
     """Convex hull in the plane, closed, counterclockwise (Andrew's monotone chain)."""
     order = sorted(map(tuple, points))

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from signorini.view.geometry import faces, hull, semi_axes
-from signorini.view.motion import Motion, Thing
+from signorini.view.geometry import faces, hull, meshes, semi_axes
+from signorini.view.motion import OBSTACLES, Motion, Thing
 from signorini.view.page import force_scale, pace_in_words
 
 FILLS = ("#cfe3f3", "#f8dcc4", "#d3ecdf", "#eadcf1", "#f7ecc0", "#dde2e8")
@@ -64,20 +64,20 @@ def new_axes(figure: Any, motion: Motion) -> Any:
 
 
 def obstacles(axis: Any, motion: Motion) -> None:
-    """Planes and curves that rest."""
+    """Planes, curves and nets that rest."""
     for thing in motion.things:
-        if thing.rests and thing.kind in ("plane", "curve"):
-            _obstacle(axis, motion, thing.kind, thing.at(0))
+        if thing.rests and thing.kind in OBSTACLES:
+            _obstacle(axis, motion, thing, thing.at(0))
 
 
-def _obstacle(axis: Any, motion: Motion, kind: str, points: np.ndarray) -> list[Any]:
+def _obstacle(axis: Any, motion: Motion, thing: Thing, points: np.ndarray) -> list[Any]:
     low, high = motion.box()
     far = 3 * max(float((high - low).max()), motion.size(), 1e-9)
     if motion.dimension == 3:
-        if kind != "plane":
-            return []
-        return [_floor(axis, points, (low, high))]
-    if kind == "plane":
+        if thing.kind == "net":
+            return [_surface(axis, points[meshes(points, thing.rows, low, high)])]
+        return [_surface(axis, patch(points[0], points[1] - points[0], low, high)[None])]
+    if thing.kind == "plane":
         p, n = points[0], points[1] - points[0]
         along = np.array([n[1], -n[0]])
         middle = p + along * (along @ ((low + high) / 2 - p))
@@ -91,12 +91,15 @@ def _obstacle(axis: Any, motion: Motion, kind: str, points: np.ndarray) -> list[
     return [*line, *area]
 
 
-def _floor(axis: Any, points: np.ndarray, box: tuple[np.ndarray, np.ndarray]) -> Any:
+def _surface(axis: Any, corners: np.ndarray) -> Any:
+    """Part of an obstacle in space; corners of its meshes, shape (meshes, 4, 3)."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    corners = patch(points[0], points[1] - points[0], *box)
+    width = 0.8 if len(corners) == 1 else 0.3
     return axis.add_collection3d(
-        Poly3DCollection([corners], facecolor="#dfe5ea", edgecolor="#aab3bd", alpha=0.45, zorder=0)
+        Poly3DCollection(
+            corners, facecolor="#dfe5ea", edgecolor="#aab3bd", lw=width, alpha=0.45, zorder=0
+        )
     )
 
 
@@ -119,9 +122,9 @@ def frame(axis: Any, motion: Motion, k: int, colour: str | None = None) -> list[
     drawn: list[Any] = []
     for thing in motion.things:
         points = thing.at(k)
-        if thing.kind in ("plane", "curve"):
+        if thing.kind in OBSTACLES:
             if not thing.rests:
-                drawn += _obstacle(axis, motion, thing.kind, points)
+                drawn += _obstacle(axis, motion, thing, points)
             continue
         fill = FILLS[names.index(thing.name) % len(FILLS)]
         for line, closed in _lines(thing, points):

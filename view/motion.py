@@ -1,22 +1,31 @@
 """The frames of a motion: places of everything that is drawn, states and forces of contacts."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+_MESHES = 60  # most of a net along each side
 _MOST = 900  # frames of a film
 _SPEEDS = (1.0, 2.0, 5.0)  # times powers of ten
 _FILM = (3.0, 20.0)  # seconds that a film should last
 
 
+OBSTACLES = ("plane", "curve", "net")
+
+
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """Something drawn; `points` has the shape (frames, points, 2 or 3), one frame if it rests."""
+    """Something drawn; `points` has the shape (frames, points, 2 or 3), one frame if it rests.
+
+    The points of a net stand in `rows` rows; where the surface is not known they are NaN.
+    """
 
     kind: str
     name: str
     points: np.ndarray
+    rows: int = 1
 
     @property
     def rests(self) -> bool:
@@ -79,7 +88,7 @@ class Motion:
 
     def moving(self) -> list[Thing]:
         """Bodies and what joins them: no obstacles."""
-        return [thing for thing in self.things if thing.kind not in ("plane", "curve")]
+        return [thing for thing in self.things if thing.kind not in OBSTACLES]
 
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest coordinates that bodies reach; what rests far away does not count."""
@@ -187,17 +196,18 @@ def motion(traj: Any, fps: float = 30.0, speed: float | None = None) -> Motion:
             begins[name] = first - shape["points"]
             continue
         rests = np.ptp(points, axis=0).max() <= 1e-12 * max(1.0, float(np.abs(points).max()))
-        if shape["kind"] == "curve" and not rests:
-            points = _along(points)
+        lines = math.isqrt(shape["points"]) if shape["kind"] == "net" else 1
+        if shape["kind"] in ("curve", "net") and not rests:
+            points, lines = _along(points) if lines == 1 else _across(points, lines)
             rests = len(points) == 1
-        things.append(Thing(shape["kind"], shape["name"], points[:1] if rests else points))
+        things.append(Thing(shape["kind"], shape["name"], points[:1] if rests else points, lines))
     _add_slip_directions(traj, shown, contacts, begins)
     marks = [_mark(traj, name, rows, hits[name], contacts.get(name)) for name in traj.contacts]
     title = manifest["doc"] or traj.model
     return Motion(title, shown["t"], fps, chosen, things, marks)
 
 
-def _along(points: np.ndarray) -> np.ndarray:
+def _along(points: np.ndarray) -> tuple[np.ndarray, int]:
     """A curve that is always seen near a moving point; at rest, if all frames lie on one graph."""
     x, y = points[..., 0].ravel(), points[..., 1].ravel()
     order = np.argsort(x, kind="stable")
@@ -207,8 +217,41 @@ def _along(points: np.ndarray) -> np.ndarray:
     # Between samples a graph differs from its chords by little; a curve that moves does by more.
     off = np.abs(np.interp(points[..., 0], grid, line) - points[..., 1]).max()
     if off > 1e-2 * max(float(np.ptp(y)), 1e-3 * float(np.ptp(x))):
-        return points
-    return np.stack([grid, line], axis=1)[None]
+        return points, 1
+    return np.stack([grid, line], axis=1)[None], 1
+
+
+def _across(points: np.ndarray, lines: int) -> tuple[np.ndarray, int]:
+    """A net that is always seen around a moving point; at rest, if all frames lie on one graph.
+
+    Then all that was ever seen of it is one net, with as many meshes a metre.
+    """
+    frames = points.reshape(len(points), lines, lines, 3)
+    x, y = frames[:, :, 0, 0], frames[:, 0, :, 1]
+    if np.ptp(frames[..., 0], axis=2).any() or np.ptp(frames[..., 1], axis=1).any():
+        return points, lines  # its frame turns
+    if (np.diff(x) <= 0).any() or (np.diff(y) <= 0).any():
+        return points, lines
+    side = float(x[0, -1] - x[0, 0]) / (lines - 1)
+    grid = [np.arange(a.min(), a.max() + side / 2, side)[:_MESHES] for a in (x, y)]
+    height = np.full((len(grid[0]), len(grid[1])), np.nan)
+    off = 0.0
+    for k in range(0, len(points), max(1, len(points) // _MESHES)):
+        i, j = (
+            np.flatnonzero((g >= a[0]) & (g <= a[-1]))
+            for g, a in zip(grid, (x[k], y[k]), strict=True)
+        )
+        along = np.array([np.interp(grid[1][j], y[k], row) for row in frames[k, :, :, 2]])
+        seen = np.array([np.interp(grid[0][i], x[k], column) for column in along.T]).T
+        known = height[np.ix_(i, j)]
+        both = np.isfinite(known)
+        off = max(off, float(np.abs(known - seen)[both].max(initial=0.0)))
+        height[np.ix_(i, j)] = np.where(both, known, seen)
+    # Between points a graph differs from its chords by little; a net that moves does by more.
+    if off > 2e-2 * max(float(np.ptp(frames[..., 2])), side):
+        return points, lines
+    flat = np.stack([*np.meshgrid(*grid, indexing="ij"), height], axis=2)
+    return flat.reshape(1, -1, 3), len(grid[0])
 
 
 def _add_slip_directions(

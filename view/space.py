@@ -6,9 +6,9 @@ import socket
 from typing import Any
 
 import numpy as np
-from signorini.view.geometry import faces, semi_axes
+from signorini.view.geometry import faces, meshes, semi_axes
 from signorini.view.ink import FILLS, FORCE, HIT, STATES, patch
-from signorini.view.motion import Motion, Thing
+from signorini.view.motion import OBSTACLES, Motion, Thing
 from signorini.view.page import force_scale
 
 _INK = (40, 45, 52)
@@ -48,16 +48,16 @@ def _record(server: Any, motion: Motion) -> str:
     server.initial_camera.position = tuple(middle + size * np.array([0.55, -1.0, 0.5]))
     server.initial_camera.look_at = tuple(middle)
     server.initial_camera.up = (0.0, 0.0, 1.0)
-    planes = [
-        _Plane(scene, f"/planes/{k}", thing, (low, high))
+    obstacles = [
+        _Obstacle(scene, f"/obstacles/{k}", thing, (low, high))
         for k, thing in enumerate(motion.things)
-        if thing.kind == "plane"
+        if thing.kind in OBSTACLES
     ]
     names = list(dict.fromkeys(thing.name for thing in motion.things))
     bodies = [
         _Body(scene, f"/things/{k}", thing, FILLS[names.index(thing.name) % len(FILLS)], size)
         for k, thing in enumerate(motion.things)
-        if thing.kind not in ("plane", "curve")
+        if thing.kind not in OBSTACLES
     ]
     marks = _Marks(scene, motion, size)
     for thing in motion.moving():
@@ -65,8 +65,8 @@ def _record(server: Any, motion: Motion) -> str:
             _trail(scene, thing, size)
     record = server.get_scene_serializer()
     for k in range(len(motion.t)):
-        for plane in planes:
-            plane.show(k)
+        for obstacle in obstacles:
+            obstacle.show(k)
         for body in bodies:
             body.show(k)
         marks.show(k)
@@ -74,24 +74,36 @@ def _record(server: Any, motion: Motion) -> str:
     return str(record.as_html())
 
 
-class _Plane:
-    """A square of a plane below the motion; it moves where its frame does."""
+class _Obstacle:
+    """A square of a plane below the motion, or a net; it moves where its frame does."""
 
     def __init__(
         self, scene: Any, name: str, thing: Thing, box: tuple[np.ndarray, np.ndarray]
     ) -> None:
         self.thing, self.box = thing, box
+        net = thing.kind == "net"
+        quads = meshes(thing.at(0), thing.rows, *box) if net else np.arange(4)[None]
         self.handle = scene.add_mesh_simple(
             name,
             vertices=self._corners(0),
-            faces=np.array([[0, 1, 2], [0, 2, 3]]),
+            faces=np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]),
             color=(214, 221, 227),
             side="double",
+            opacity=0.7 if net else None,
         )
+        if net and thing.rests:
+            corners = thing.at(0)[quads]
+            sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+            scene.add_line_segments(
+                f"{name}/lines", sides.astype(np.float32), colors=(170, 179, 189), thickness=1.0,
+                thickness_units="screen",
+            )  # fmt: skip
 
     def _corners(self, k: int) -> np.ndarray:
-        place, tip = self.thing.at(k)
-        return patch(place, tip - place, *self.box).astype(np.float32)
+        points = self.thing.at(k)
+        if self.thing.kind == "plane":
+            points = patch(points[0], points[1] - points[0], *self.box)
+        return np.nan_to_num(points).astype(np.float32)
 
     def show(self, k: int) -> None:
         if not self.thing.rests:

@@ -18,6 +18,7 @@ KINDS = {
     "spring": "both ends",
     "plane": "a point, the tip of the unit normal on the free side",
     "curve": "points in a row along an obstacle, the free side on the left",
+    "net": "points of an obstacle's surface, row by row, as many rows as points in a row",
     "contact": "the place, the tip of the unit normal, the tips of unit vectors along the slip",
 }
 
