@@ -352,6 +352,8 @@ class Scheme:
     `terms` stand in the array terms. If the scheme `recalls`, these are of the stages 2 ... s,
     those of the last hold at the end, and those of the first are part of the state before `start`.
     `located` is there if steps can be cut at their events, `forward` if they are differentiated.
+    `adaptive` tells whether steps have the order 2s - 2 through all that may happen in them: then a
+    tolerance can choose their sizes.
     `stable_phase` is the smallest h omega at which a linear oscillation of frequency omega grows.
     `guarded` tells which contacts exist only while their entry of the array guard is >= 0 at the
     start of a step; by default those with a guard in the model.
@@ -375,6 +377,7 @@ class Scheme:
     stable_phase: float = 2.0
     located: Located | None = None
     forward: Forward | None = None
+    adaptive: bool = False
 
 
 def evaluate(

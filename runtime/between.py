@@ -8,6 +8,7 @@ from signorini.runtime.arguments import reals
 from signorini.runtime.compiled import SUCCESS
 from signorini.runtime.errors import RunError
 from signorini.runtime.options import RunOptions
+from signorini.runtime.tolerance import control_of
 
 
 def between(traj: Any, t: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -37,6 +38,9 @@ class _Walker:
         self.params = stepper.c_params(traj.parameters)
         self.options = stepper.c_options(options)
         self.work, self.info = self.lib.structs["work"](), self.lib.structs["info"]()
+        self.control = None
+        if options.error is not None:
+            self.control = control_of(stepper, options, float(traj.t[0]), float(traj.t[-1]))
         rows = max(len(traj.t) - 1, 1)
         self.h = (traj.t[-1] - traj.t[0]) / max(traj.steps, 1)
         self.every = math.ceil(traj.steps / rows)
@@ -47,17 +51,33 @@ class _Walker:
         t = float(traj.t[row])
         state = self.stepper.c_state(t, traj.q[row], traj.v[row])
         u = self.lib.array(traj.u[row])
+        if self.control is not None:
+            self._advance(state, u, time)
+            return self.lib.kept(state.q), self.lib.kept(state.v)
         whole = 0 if self.every == 1 else int((time - t) / self.h * (1 + 1e-12))
         for h in (*(self.h,) * whole, time - t - whole * self.h):
             if h > 1e-14 * max(abs(time), self.h):
                 self._step(state, u, h)
         return self.lib.kept(state.q), self.lib.kept(state.v)
 
+    def _advance(self, state: Any, u: np.ndarray, time: float) -> None:
+        """As exact as the run is."""
+        if time <= float(state.t):
+            return
+        status = self.lib.call["advance_to"](
+            state, self.work, self.info, self.params, self.options,
+            self.lib.pointer(u) if u.size else None, time, self.control,
+        )  # fmt: skip
+        self._check(state, status)
+
     def _step(self, state: Any, u: np.ndarray, h: float) -> None:
         pointer = self.lib.pointer(u) if u.size else None
         status = self.lib.call["step"](
             state, self.work, self.info, self.params, self.options, pointer, h
         )
+        self._check(state, status)
+
+    def _check(self, state: Any, status: int) -> None:
         if status > SUCCESS:
             raise RunError(
                 f"model '{self.traj.model}': no state is found behind t = {float(state.t):g}, "

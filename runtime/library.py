@@ -19,6 +19,7 @@ _REAL: dict[str, tuple[Any, Any, Any]] = {
 }
 _META_SIZES = ("params", "options", "state", "info", "record", "work")
 _META_OF_CHANGES = ("directions", "adjoint", "checkpoint")  # where steps can be differentiated
+_META_OF_SIZES = ("control",)  # where a tolerance can choose the sizes of steps
 
 
 class Library:
@@ -131,6 +132,13 @@ class Library:
             for name in ("run_forward", "run_back"):
                 signatures[name] = (c_int, [ctypes.c_void_p, c_int])
             signatures["map_steps"] = (c_int, [ctypes.c_void_p, c_int, *[ctypes.c_void_p] * 7])
+        if self.manifest["adaptive"]:
+            simulate = signatures["simulate"]
+            control = pointer(self.structs["control"])
+            signatures["simulate_within"] = (simulate[0], [*simulate[1], control])
+            step = signatures["step"]
+            for name in ("step_within", "advance_to"):
+                signatures[name] = (step[0], [*step[1], control])
         for name, function in self.manifest["functions"].items():
             arguments = [kinds.get(a, array) for a in function["arguments"]]
             signatures[name] = (None, [*arguments, array])
@@ -162,7 +170,12 @@ class Library:
             ) from None
 
     def _verify(self) -> None:
-        sized = (*_META_SIZES, *(_META_OF_CHANGES if self.manifest["derivatives"] else ()))
+        m = self.manifest
+        sized = (
+            *_META_SIZES,
+            *(_META_OF_CHANGES if m["derivatives"] else ()),
+            *(_META_OF_SIZES if m["adaptive"] else ()),
+        )
 
         class Meta(ctypes.Structure):
             _fields_ = [
@@ -311,6 +324,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
             "problems",
             "runtime_hash",
             "model_hash",
+            "adaptive",
             "contact_states",
             "event_kinds",
             "g_blocks",

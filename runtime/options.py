@@ -32,6 +32,8 @@ class RunOptions:
     max_iterations: int | None = None
     events: str = "captured"
     max_events: int | None = None
+    error: float | None = None
+    scale: Any = None
 
     def __post_init__(self) -> None:
         for name, known in (
@@ -52,6 +54,13 @@ class RunOptions:
                 )
         if self.r is not None and number("r", self.r) <= 0:
             raise RunError(f"r = {self.r!r}: give a prox parameter > 0, or none")
+        if self.error is not None:
+            if number("error", self.error) <= 0:
+                raise RunError(f"error = {self.error!r}: give an error > 0, e.g. 1e-6")
+            # a tolerance needs the order that only steps have that are cut at their events
+            object.__setattr__(self, "events", "located")
+        if self.scale is not None and self.error is None:
+            raise RunError("scale is given without error: it says what 1 means of each coordinate")
         for name, low, top in (
             ("max_halvings", 0, 10),
             ("max_iterations", 1, 1_000_000),
@@ -76,6 +85,8 @@ class RunOptions:
     def given(self) -> dict[str, Any]:
         """Those that are not left to C, for records of a run."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
+        if isinstance(self.scale, np.ndarray):
+            values["scale"] = self.scale.tolist()
         return {name: value for name, value in values.items() if value is not None}
 
     def fill(self, options: Any) -> None:

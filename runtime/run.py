@@ -66,6 +66,7 @@ class Run:
         self.stepper, self.lib = stepper, lib
         self.par, self.option_values = par, options
         self.h, self.n_steps, self.every = h, n_steps, every
+        self.watched = h  # the step whose stability is looked at
         self.params = stepper.c_params(par)
         self.options = stepper.c_options(options)
         self.state = lib.structs["state"]()
@@ -137,6 +138,10 @@ class Run:
                 n["n_q"], n["n_u"], n["n_R"], n["n_contacts"], self.stepper.stages, len(COUNTS)
             )
 
+    def progress(self, done: int) -> tuple[int, int]:
+        """What is done, and of how much."""
+        return done, self.n_steps
+
     def look_at_start(self, u: np.ndarray) -> None:
         """Raise if a function or derivative that the steps use is no number at the start.
 
@@ -152,7 +157,7 @@ class Run:
             raise StepError(
                 f"model '{self.stepper.name}' cannot start at t = {t:g}: NONFINITE, {cause}",
                 "NONFINITE",
-                self._trajectory(0, u.reshape(1, -1), begin),
+                self.trajectory(0, u.reshape(1, -1), begin),
                 self._failed("NONFINITE", u),
             )
 
@@ -166,7 +171,8 @@ class Run:
         begin = time.perf_counter()
         done = 0
         status = 0
-        watch = Watch(self.stepper, self.par, self.h, explicit=bool(used.size) or asked is not None)
+        explicit = bool(used.size) or asked is not None
+        watch = Watch(self.stepper, self.par, self.watched, explicit=explicit)
         try:
             if self.n_steps:
                 if asked:
@@ -183,17 +189,21 @@ class Run:
                 done += taken
                 watch.look(self.state, done)
                 if progress is not None:
-                    progress(done, self.n_steps)
+                    progress(*self.progress(done))
         except (Exception, KeyboardInterrupt) as error:
             # a controller that raises, an interruption: what was done is kept
             if not isinstance(error, StepError):
-                kept = self._trajectory(done, used, begin)
+                kept = self.trajectory(done, used, begin)
                 error.trajectory = kept  # type: ignore[union-attr]
             raise
-        trajectory = self._trajectory(done, used, begin)
+        trajectory = self.trajectory(done, used, begin)
         if status > SUCCESS:
             raise self._error(
-                status, done, used[done] if used.size else used.ravel(), trajectory, watch
+                status,
+                done,
+                used[min(done, len(used) - 1)] if used.size else used.ravel(),
+                trajectory,
+                watch,
             )
         return trajectory
 
@@ -246,11 +256,14 @@ class Run:
             )
         return u
 
-    def _chunk(self, u: np.ndarray, done: int, count: int) -> tuple[int, int]:
+    def record(self, done: int) -> tuple[Any, Any]:
+        """The buffers from the row behind `done` steps on as C takes them, a count of events."""
         lib = self.lib
         record = lib.structs["record"]()
         row = done // self.every + 1
         for name, buffer in self.buffers.items():
+            if not hasattr(record, name):
+                continue
             first = row - 1 if name.startswith("stage_") else row
             kind = ctypes.c_int if buffer.dtype == np.intc else lib.real
             # An empty array has no address to rely on; nothing is written through it.
@@ -262,6 +275,15 @@ class Run:
             record.n_events = ctypes.pointer(found)
             record.max_events = len(self.event_array)
         record.begun = done % self.every
+        return record, found
+
+    def keep_events(self, found: Any) -> None:
+        """Take over the events that C has noted."""
+        self.events += [event_of(self.stepper, self.event_array[k]) for k in range(found.value)]
+
+    def _chunk(self, u: np.ndarray, done: int, count: int) -> tuple[int, int]:
+        lib = self.lib
+        record, found = self.record(done)
         taken = ctypes.c_int(0)
         structs = self.state, self.work, self.info, self.params, self.options
         if self.memory is not None:
@@ -274,10 +296,10 @@ class Run:
             status = lib.call["simulate"](
                 *structs, inputs, self.h, count, self.every, record, taken
             )
-        self.events += [event_of(self.stepper, self.event_array[k]) for k in range(found.value)]
+        self.keep_events(found)
         return status, taken.value
 
-    def _trajectory(self, done: int, u: np.ndarray, begin: float) -> Trajectory:
+    def trajectory(self, done: int, u: np.ndarray, begin: float) -> Trajectory:
         rows = -(-done // self.every)
         names = {
             "stage_t": "t_stage", "stage_q": "Q", "stage_v": "V", "stage_R": "R",

@@ -9,6 +9,7 @@ import numpy as np
 from signorini.runtime.arguments import as_path, grid, number, reals
 from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.changes import Taken, differentiate, differentiate_batch, table_of
+from signorini.runtime.chosen import ChosenRun
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
 from signorini.runtime.controller import Controller
@@ -21,6 +22,7 @@ from signorini.runtime.run import Run
 from signorini.runtime.simulator import Simulator
 from signorini.runtime.simulator import start as start_simulator
 from signorini.runtime.threads import number_of_threads
+from signorini.runtime.tolerance import check_chosen
 from signorini.runtime.trajectory import Trajectory
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -89,13 +91,17 @@ class Stepper(Compiled):
     def fitting(self, options: RunOptions) -> "Stepper":
         """The stepper that has what the options ask for: this one, or one made on first use."""
         m = self.manifest
-        if options.events == "captured" or m["events"] == "located" or not m["contacts"]:
+        if options.events == "captured" or m["events"] == "located":
             return self
+        if options.error is None and not m["contacts"]:
+            return self
+        wanted = 'events="located"' if options.error is None else "error"
         if m["scheme"] != "lobatto":
             raise RunError(
-                f"model '{self.name}': events=\"located\" needs the scheme lobatto, and this is "
-                f"{m['scheme']}"
+                f"model '{self.name}': {wanted} needs the scheme lobatto, and this is {m['scheme']}"
             )
+        if m["adaptive"] and not m["contacts"]:
+            return self
         return self._more("located events", 'events="located"', "--events located", self.locating)
 
     def differentiable(self) -> "Stepper":
@@ -150,7 +156,9 @@ class Stepper(Compiled):
         self,
         *,
         t_end: float,
-        dt: float,
+        dt: float | None = None,
+        error: float | None = None,
+        scale: Any = None,
         q0: Any = None,
         v0: Any = None,
         t0: float | None = None,
@@ -171,13 +179,22 @@ class Stepper(Compiled):
         project: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> Trajectory:
-        """Run from the initial state to `t_end` in steps of `dt`.
+        """Run from the initial state to `t_end` in steps of `dt`, or as exact as `error` says.
 
         Parameters
         ----------
         t_end, dt : float
             End and step size [s]. If dt does not divide the time to within 1e-9 of a step, the
             last step ends before `t_end` and a warning says so.
+        error : float
+            The error of the coordinates at the end that is wanted, in units of `scale`; step sizes
+            follow from estimates of what each step adds to it, and steps are cut at their events.
+            Rows are the steps taken, or those of the grid if `dt` is given, over whose intervals
+            inputs are held. ``traj.estimate`` is the sum of the estimates up to each row. It holds
+            as long as the motion does not spread them: chaos multiplies every error.
+        scale : mapping from coordinate to number, or array, shape (n_q,)
+            What 1 means of each coordinate; by default 1 of its unit. Errors of velocities count by
+            what they make of the coordinates in the time of the run.
         q0, v0 : array, shape (n_q,), or mapping from name to value
             Initial state; what is not given comes from the model file.
         t0 : float
@@ -249,19 +266,32 @@ class Stepper(Compiled):
         """
         par = self.check_parameters(parameters)
         options = RunOptions(
-            tol, r, active_set, scaling, max_halvings, max_iterations, events, max_events
-        )
+            tol, r, active_set, scaling, max_halvings, max_iterations, events, max_events, error,
+            scale,
+        )  # fmt: skip
         t, q, v = self.start_of(q0, v0, t0, par)
-        h, n_steps = grid(t, number("t_end", t_end), number("dt", dt))
+        end = number("t_end", t_end)
+        if dt is None and error is None:
+            raise RunError(
+                "neither dt nor error is given: say how large or how exact steps are to be"
+            )
+        h, n_steps = (0.0, 1) if dt is None else grid(t, end, number("dt", dt))
+        if error is not None and end <= t:
+            raise RunError(f"t_end = {end:g}: with error give an end after the start t0 = {t:g}")
         if record not in ("steps", "stages"):
             raise RunError(f'record = {record!r}: choose "steps" or "stages"')
-        every = _interval(every, n_steps)
+        every = _interval(every, n_steps if dt is not None else 2**30)
         if progress is not None and not callable(progress):
             raise RunError(f"progress = {progress!r}: give a function of (done, total)")
         u, asked = self.inputs_of(inputs, n_steps)
         wanted = check_derivatives(self, derivatives, of, options, asked is not None)
         stepper = self.differentiable() if wanted else self.fitting(options)
-        run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
+        if error is None:
+            run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
+        else:
+            check_chosen(record, asked is not None and dt is None, wanted)
+            last = end if dt is None else t + n_steps * h
+            run = ChosenRun(stepper, par, options, t, q, v, h, n_steps, every, last)
         traj = run.go(u, asked, progress)
         if wanted:
             table = table_of(stepper, par)

@@ -18,7 +18,7 @@ from signorini.runtime.export import COUNTS
 _FORMAT = 3
 _STORED = (
     *("t", "q", "v", "u", "P", "residual", "smallest_gap", "counts", "contact", "energy_range"),
-    *("t_stage", "Q", "V", "R"),
+    *("t_stage", "Q", "V", "R", "estimate"),
 )
 # What zip archives and NumPy raise on files that are none.
 _DAMAGE = (
@@ -126,6 +126,8 @@ def read(
         arrays = _from_older(arrays, rows, n["n_contacts"])
     if "energy_range" in arrays:
         shapes["energy_range"] = (rows, 2)
+    if "estimate" in arrays:
+        shapes["estimate"] = (rows,)
     if "Q" in arrays:
         shapes |= {
             "t_stage": (rows - 1, s),

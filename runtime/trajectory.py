@@ -53,6 +53,8 @@ class Trajectory:
         steps were solved whole. ``captured`` is 1 where a located step, or its rest, was captured.
     residual, smallest_gap : ndarray, shape (n+1,)
         Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
+    estimate : ndarray, shape (n+1,)
+        Of a run with ``error=...``: estimated errors of all steps so far, in units of its scale.
     events : list of Event
         Changes of contact states in every step of the run, recorded or not.
     dq, dv : dict from name to ndarray, shape (n+1, n_q, ...)
@@ -103,6 +105,10 @@ class Trajectory:
             raise AttributeError(name)
         arrays = self._arrays
         if name in ("t", "q", "v", "u", "residual", "smallest_gap"):
+            return arrays[name]
+        if name == "estimate":
+            if name not in arrays:
+                raise AttributeError("'estimate' needs a run with error=...")
             return arrays[name]
         if name in COUNTS:
             return arrays["counts"][:, COUNTS.index(name)]

@@ -36,6 +36,8 @@ from signorini.version import __version__
 RUNTIME = ("sg_simulate.c", "sg_cell.c")
 # The same where steps can be cut at their events.
 LOCATED = ("sg_simulate.c", "sg_located.c", "sg_cell.c")
+# The same where a tolerance chooses the sizes of steps.
+ADAPTIVE = ("sg_advance.c",)
 # What differentiates steps, and what it needs beside that where they can be cut.
 FORWARD = ("sg_adjoint.c",)
 FORWARD_LOCATED = ("sg_forward.c",)
@@ -43,7 +45,7 @@ FORWARD_LOCATED = ("sg_forward.c",)
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # Beside the stepper where steps are differentiated: what other programs call.
 EXTERNAL = "sg_external.c"
-ALL = (*LOCATED, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME, EXTERNAL)
+ALL = (*LOCATED, *ADAPTIVE, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME, EXTERNAL)
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
 # Printed into the header, with the sizes of the model; the second where steps can be cut, the third
@@ -305,6 +307,7 @@ class _Builder:
             finish=finish,
             record=record,
             watch=watch,
+            adaptive=plan.adaptive,
             finish_segment=self.writer.assembly(located.finish, (_WORK,)) if located else None,
             forward=self._forward(),
             polynomials=self._polynomials(),
@@ -439,7 +442,7 @@ class _Builder:
 
 def _files(plan: Scheme) -> tuple[str, ...]:
     """What the stepper of a scheme is made of."""
-    files = LOCATED if plan.located else RUNTIME
+    files = (*(LOCATED if plan.located else RUNTIME), *(ADAPTIVE if plan.adaptive else ()))
     if plan.forward:
         files = (*files, *(FORWARD_LOCATED if plan.located else ()), *FORWARD)
     return files

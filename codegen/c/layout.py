@@ -267,6 +267,27 @@ def structs(
         Field("stage_v", "real*", (), "rows of N_STAGES * N_Q"),
         Field("stage_R", "real*", (), "rows of N_STAGES * N_R"),
     )
+    control = (
+        Field("error", "real", (), "wanted error of q in units of `scale`, summed up over `span`"),
+        Field("scale", "real", (n.n_q,), "what 1 means of each coordinate"),
+        Field("span", "real", (), "time of the run; velocities count by what they make of q in it"),
+        Field("h", "real", (), "size of the next step; 0 on entry: a first guess"),
+        Field("t_start", "real", (), "simulate_within: start of its rows, set by the caller"),
+        Field("t_end", "real", (), "end of a run whose rows are the steps"),
+        Field("intervals", "real", (), "rows before; the caller sets it to 0"),
+        Field("estimates", "real*", (), "rows of 1, the estimate so far; or NULL"),
+        Field("estimate", "real", (), "estimated errors of all steps, summed up; set it to 0"),
+        Field("taken", "real", (), "size of the last step: two halves of that"),
+        Field("t_missed", "real", (), "end of the first step whose error is larger than wanted"),
+        Field("missed", "int", (), "how many there are; the caller sets these three to 0"),
+        Field("steps", "int", (), "steps taken, two halves each"),
+        Field("rejected", "int", (), "attempts that were not good enough"),
+        Field("iterations", "int", (), "Newton iterations of the last step with all attempts"),
+        Field("whole", "state", (), "scratch: the end of a step taken as a whole"),
+        Field("halves", "state", (), "scratch: the end of a step taken as two halves"),
+        Field("first", "info", (), "scratch: what the first half reports"),
+        Field("sum", "info", (), "scratch: what earlier steps report"),
+    )
     points = tuple(
         Struct(
             point.name,
@@ -319,6 +340,7 @@ def structs(
             "Buffers of the caller for many steps; a row stands for `every` steps.",
             record,
         ),
+        *((Struct("control", "How exact steps are to be.", control),) if scheme.adaptive else ()),
         *(adjoint if scheme.forward else ()),
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),

@@ -32,6 +32,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "velocity_constraints": spec.velocity_constraints,
         "events": spec.events,
         "derivatives": spec.forward is not None,
+        "adaptive": spec.adaptive,
         "influence": asdict(spec.forward.influence) if spec.forward else None,
         "precision": spec.precision.name,
         "explicit_time": spec.explicit_time,

@@ -176,6 +176,7 @@ class EmitSpec:
     finish: CFunction
     record: CFunction
     watch: tuple[Step, ...]
+    adaptive: bool
     finish_segment: CFunction | None
     forward: ForwardSpec | None
     polynomials: tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]

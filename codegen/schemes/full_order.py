@@ -146,6 +146,7 @@ class FullOrder(Lobatto):
         return replace(
             paper,
             title=f"{paper.title}, velocity constraints at full order",
+            adaptive=True,
             points=(
                 *(self.stage, self.stage_jacobian, self.end, self.end_jacobian, self.opening),
                 *(self.auxiliary, self.auxiliary_jacobian, self.forces),

@@ -206,6 +206,7 @@ class Lobatto:
             record=self.record(),
             coefficients=self.tableau.arrays(),
             stable_phase=first_instability(self.s),
+            adaptive=not self.d.data.contacts and not self.d.data.n_gamma,
         )
 
     def problems(self) -> tuple[Problem, ...]:

@@ -298,6 +298,7 @@ class _Located(Lobatto):
         return replace(
             plain,
             title=f"{plain.title}, located events",
+            adaptive=True,
             points=(
                 *plain.points,
                 *(self.auxiliary, self.auxiliary_jacobian, self.forces, self.watched),

@@ -14,6 +14,7 @@ typedef SG(real) real;
 #define SG_HUGE FLT_MAX
 #define SG_TINY FLT_MIN
 #define SG_SQRT(x) sqrtf(x)
+#define SG_POW(x, y) powf(x, y)
 #define SG_FABS(x) fabsf(x)
 #define SG_TOLERANCE (64.0F * FLT_EPSILON) /* default of options.tol */
 #define SG_STAGNATION                                                                          \
@@ -38,6 +39,7 @@ typedef SG(real) real;
 #define SG_HUGE LDBL_MAX
 #define SG_TINY LDBL_MIN
 #define SG_SQRT(x) sqrtl(x)
+#define SG_POW(x, y) powl(x, y)
 #define SG_FABS(x) fabsl(x)
 #else
 #define SG_C(x) x
@@ -45,6 +47,7 @@ typedef SG(real) real;
 #define SG_HUGE DBL_MAX
 #define SG_TINY DBL_MIN
 #define SG_SQRT(x) sqrt(x)
+#define SG_POW(x, y) pow(x, y)
 #define SG_FABS(x) fabs(x)
 #endif
 #define SG_NAN ((real)NAN)

@@ -191,11 +191,51 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
     }
 }
 
+/* 1 if events, 2 if energies are to be recorded; their sum. */
+static int sg_wanted(const SG(record) * to) {
+    const int notes = to != NULL && to->events != NULL && to->n_events != NULL;
+    return notes + (to != NULL && to->energy != NULL ? 2 : 0);
+}
+
+/* What the record of a step needs from before it. */
+static void sg_remember_before(sg_before *before, const SG(record) * to, const SG(state) * s,
+                               const SG(params) * par) {
+    int k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        before->contact[k] = s->contact[k];
+    }
+    before->energy = sg_wanted(to) ? SG(energy_at)(s->t, s->q, s->v, par) : SG_C(0.0);
+}
+
+/* A step that was taken goes into row `row` of the record. */
+static void sg_record_step(const SG(record) * to, long row, int first, const sg_before *before,
+                           const SG(state) * s, const SG(work) * w, const SG(info) * info,
+                           const SG(params) * par, const SG(options) * opt) {
+    const int wanted = sg_wanted(to);
+    sg_record(to, row, first, s, w, info);
+    if (wanted) {
+        const real energy = SG(energy_at)(s->t, s->q, s->v, par);
+        if (to->energy != NULL) {
+            real *range = &to->energy[2 * row];
+            range[0] = first ? energy : sg_min(range[0], energy);
+            range[1] = first ? energy : sg_max(range[1], energy);
+        }
+#if SG_LOCATED
+        if (wanted % 2 == 1 && opt->events == SG_K(EVENTS_LOCATED)) {
+            sg_note_located(to, info);
+            return;
+        }
+#endif
+        if (wanted % 2 == 1) {
+            sg_note(to, before, s->t, energy, w, info);
+        }
+    }
+    (void)opt;
+}
+
 int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
                  const SG(options) * opt, const real u[], real h, int n_steps, int every,
                  const SG(record) * record, int *done) {
-    const int notes = record != NULL && record->events != NULL && record->n_events != NULL;
-    const int looks = notes || (record != NULL && record->energy != NULL);
     const int begun = record != NULL ? record->begun : 0;
     int step;
     if (done == NULL || n_steps < 0 || every < 1 || begun < 0 || begun >= every || s == NULL ||
@@ -206,35 +246,15 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
         const long row = step / every + (step % every + begun) / every;
         const int first = (step % every + begun) % every == 0;
         sg_before before;
-        int k, status;
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            before.contact[k] = s->contact[k];
-        }
-        before.energy = looks ? SG(energy_at)(s->t, s->q, s->v, par) : SG_C(0.0);
+        int status;
+        sg_remember_before(&before, record, s, par);
         status = SG(step)(s, w, info, par, opt, SG_N_U > 0 ? &u[step * SG_N_U] : u, h);
         if (status > SG_K(OK_SUBSTEPPED)) {
             return status;
         }
         ++*done;
         if (record != NULL) {
-            sg_record(record, row, first, s, w, info);
-        }
-        if (looks) {
-            const real energy = SG(energy_at)(s->t, s->q, s->v, par);
-            if (record->energy != NULL) {
-                real *range = &record->energy[2 * row];
-                range[0] = first ? energy : sg_min(range[0], energy);
-                range[1] = first ? energy : sg_max(range[1], energy);
-            }
-#if SG_LOCATED
-            if (notes && opt->events == SG_K(EVENTS_LOCATED)) {
-                sg_note_located(record, info);
-                continue;
-            }
-#endif
-            if (notes) {
-                sg_note(record, &before, s->t, energy, w, info);
-            }
+            sg_record_step(record, row, first, &before, s, w, info, par, opt);
         }
     }
     return SG_K(OK);
