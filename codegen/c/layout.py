@@ -277,16 +277,17 @@ def structs(
         Field("intervals", "real", (), "rows before; the caller sets it to 0"),
         Field("estimates", "real*", (), "rows of 1, the estimate so far; or NULL"),
         Field("estimate", "real", (), "estimated errors of all steps, summed up; set it to 0"),
-        Field("taken", "real", (), "size of the last step: two halves of that"),
+        Field("taken", "real", (), "size of the last step"),
         Field("t_missed", "real", (), "end of the first step whose error is larger than wanted"),
         Field("missed", "int", (), "how many there are; the caller sets these three to 0"),
-        Field("steps", "int", (), "steps taken, two halves each"),
+        Field("steps", "int", (), "steps taken, each in two parts, in more where it has events"),
         Field("rejected", "int", (), "attempts that were not good enough"),
         Field("iterations", "int", (), "Newton iterations of the last step with all attempts"),
         Field("whole", "state", (), "scratch: the end of a step taken as a whole"),
-        Field("halves", "state", (), "scratch: the end of a step taken as two halves"),
-        Field("first", "info", (), "scratch: what the first half reports"),
-        Field("sum", "info", (), "scratch: what earlier steps report"),
+        Field("halves", "state", (), "scratch: the end of a step taken in parts"),
+        Field("parts", "real", (n.n_events + 1,), "scratch: where its parts end"),
+        Field("sum", "info", (), "scratch: what its parts report"),
+        Field("before", "info", (), "scratch: what earlier steps report"),
     )
     points = tuple(
         Struct(

@@ -1,9 +1,9 @@
 #pragma once
 #include "sg_simulate.c"
 
-/* Steps whose sizes follow from a tolerance. Each is taken as two halves and once as a whole. With
-   an error of C h^(p+1) in a step, p = 2s - 2, what both differ by is 2^p - 1 times the error of the
-   halves, which are what is kept. */
+/* Steps whose sizes follow from a tolerance. Each is taken as a whole, and once more with every
+   segment between its events in two. With an error of C h^(p+1) in a segment of size h, p = 2s - 2,
+   what both differ by is 2^p - 1 times the error of the halves, which are what is kept. */
 
 /* How the size of a step follows the estimate: a margin, bounds of one change, the smallest size as
    a share of the span, attempts in a row. */
@@ -12,6 +12,7 @@
 #define SG_GROW SG_C(4.0)
 #define SG_LEAST_STEP SG_C(9.5367431640625e-07) /* 2^-20 */
 #define SG_FIRST_STEPS SG_C(32.0)
+#define SG_SHORTEST SG_C(9.3132257461547852e-10) /* 2^-30: segments that are none, of the step */
 enum { SG_MOST_ATTEMPTS = 64 };
 
 static int sg_is_control(const SG(control) * c) {
@@ -26,11 +27,10 @@ static int sg_is_control(const SG(control) * c) {
 }
 
 /* 2^(2s - 2). */
-static real sg_gain(void) {
-    return (real)(1L << (2 * SG_N_STAGES - 2));
-}
+static real sg_gain(void) { return (real)(1L << (2 * SG_N_STAGES - 2)); }
 
-/* The larger of what q is apart by, in units of its scale, and of what v makes of it in the span. */
+/* The larger of what q is apart by, in units of its scale, and of what v makes of it in the span.
+ */
 static real sg_apart(const SG(control) * c, const real q[], const real v[], const real q_2[],
                      const real v_2[]) {
     real worst = SG_C(0.0);
@@ -95,13 +95,12 @@ static void sg_add_info(SG(info) * sum, const SG(info) * part) {
 #endif
 }
 
-/* 1 if the events of both halves have room in one info. */
-static int sg_has_room(const SG(info) * first, const SG(info) * second) {
+/* 1 if all events of a step have room in its info. */
+static int sg_has_room(const SG(info) * info) {
 #if SG_LOCATED
-    return first->n_events + second->n_events <= SG_N_EVENTS;
+    return info->n_events <= SG_N_EVENTS;
 #else
-    (void)first;
-    (void)second;
+    (void)info;
     return 1;
 #endif
 }
@@ -116,25 +115,53 @@ static int sg_is_smooth(const SG(options) * opt) {
 #endif
 }
 
-/* One attempt at a step of size h: the halves end in c->halves, what they report stands in c->first
-   and *info. *apart is the estimated error. */
-static int sg_attempt_halves(const SG(state) * s, SG(work) * w, SG(info) * info,
-                             const SG(params) * par, const SG(options) * opt, const real u[],
-                             real h, SG(control) * c, real *error) {
-    int status, half;
+/* Where the parts of a step end, counted from its start: in the middles of the segments of the step
+   taken as a whole, which *info reports, so that each of them is taken as two. Returns how many
+   such places there are; the last part ends with the step. */
+static int sg_middles(SG(control) * c, real t, real h, const SG(info) * info) {
+    int n = 0;
+#if SG_LOCATED
+    real begin = SG_C(0.0);
+    int k;
+    for (k = 0; k < info->n_events && k < SG_N_EVENTS; ++k) {
+        const real end = info->events[k].t - t;
+        if (end - begin > SG_SHORTEST * h && h - end > SG_SHORTEST * h) {
+            c->parts[n] = SG_C(0.5) * (begin + end);
+            ++n;
+            begin = end;
+        }
+    }
+    c->parts[n] = SG_C(0.5) * (begin + h);
+#else
+    (void)t;
+    (void)info;
+    c->parts[n] = SG_C(0.5) * h;
+#endif
+    return n + 1;
+}
+
+/* One attempt at a step of size h: its parts end in c->halves, what they report stands in c->sum.
+ *error is the estimate of their error. */
+static int sg_attempt_parts(const SG(state) * s, SG(work) * w, SG(info) * info,
+                            const SG(params) * par, const SG(options) * opt, const real u[], real h,
+                            SG(control) * c, real *error) {
+    real done = SG_C(0.0);
+    int status, part, parts;
     c->whole = *s;
     status = SG(step)(&c->whole, w, info, par, opt, u, h);
     c->iterations += info->iterations;
     c->halves = *s;
-    for (half = 0; half < 2 && status <= SG_K(OK_SUBSTEPPED); ++half) {
-        status = SG(step)(&c->halves, w, info, par, opt, u, SG_C(0.5) * h);
+    parts = sg_middles(c, s->t, h, info);
+    sg_reset_info(&c->sum);
+    for (part = 0; part <= parts && status <= SG_K(OK_SUBSTEPPED); ++part) {
+        const real end = part < parts ? c->parts[part] : h;
+        status = SG(step)(&c->halves, w, info, par, opt, u, end - done);
         c->iterations += info->iterations;
-        if (half == 0) {
-            c->first = *info;
-        }
+        sg_add_info(&c->sum, info);
+        done = end;
     }
     *error = SG_HUGE;
-    if (status <= SG_K(OK_SUBSTEPPED) && sg_has_room(&c->first, info)) {
+    if (status <= SG_K(OK_SUBSTEPPED) && sg_has_room(&c->sum)) {
         const real apart = sg_apart(c, c->whole.q, c->whole.v, c->halves.q, c->halves.v);
         *error = sg_finite(apart) ? apart / (sg_gain() - SG_C(1.0)) : SG_HUGE;
     }
@@ -177,7 +204,7 @@ int SG(step_within)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(param
         const real h = sg_next_step(c, left);
         const real least = sg_min(SG_LEAST_STEP * c->span, left);
         real allowed, error, change;
-        status = sg_attempt_halves(s, w, info, par, opt, u, h, c, &error);
+        status = sg_attempt_parts(s, w, info, par, opt, u, h, c, &error);
         if (status > SG_K(OK_SUBSTEPPED)) {
             if (h <= least) {
                 return status;
@@ -192,8 +219,7 @@ int SG(step_within)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(param
             SG_GROW);
         if (error <= allowed || h <= least) {
             sg_keep_halves(s, c, h, t_end, h == left, error, !(error <= allowed));
-            sg_add_info(&c->first, info);
-            *info = c->first;
+            *info = c->sum;
             info->iterations = c->iterations;
             /* a step that was cut to the end says nothing against a larger one */
             c->h = sg_max((attempt > 0 ? sg_min(change, SG_C(1.0)) : change) * h,
@@ -210,11 +236,11 @@ int SG(advance_to)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params
                    const SG(options) * opt, const real u[], real t_end, SG(control) * c) {
     int status = SG(step_within)(s, w, info, par, opt, u, t_end, c);
     while (status <= SG_K(OK_SUBSTEPPED) && s->t < t_end) {
-        c->sum = *info;
+        c->before = *info;
         status = SG(step_within)(s, w, info, par, opt, u, t_end, c);
         if (status <= SG_K(OK_SUBSTEPPED)) {
-            sg_add_info(&c->sum, info);
-            *info = c->sum;
+            sg_add_info(&c->before, info);
+            *info = c->before;
             status = info->status;
         }
     }
