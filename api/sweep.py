@@ -50,6 +50,7 @@ class Sweep:
     dt: float
     every: int
     last: int | None
+    error: float | None = None
 
     @property
     def size(self) -> int:
@@ -150,6 +151,7 @@ def run_part(files: dict[str, str], sweep: Sweep, points: np.ndarray) -> dict[st
         parameters=parameters,
         threads=1,
         events=m["events"],
+        error=sweep.error,
     )
     rows = slice(-sweep.last, None) if sweep.last else slice(None)
     kept = {name: getattr(batch, name)[:, rows] for name in ("t", "q", "v", "P")}

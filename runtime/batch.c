@@ -13,13 +13,45 @@ typedef struct {
     SG(real) * t, *q, *v, *P, *residual, *smallest_gap, *energy;
     int *counts, *contact, *status, *done;
     const volatile int *stop; /* the caller sets it to end the batch */
+#if SIGNORINI_ADAPTIVE
+    const SG(control) * control; /* how exact steps are to be, or NULL: they have the size h */
+    SG(real) * estimate;
+    int *missed;
+#endif
 } SG(batch);
+
+/* What a thread works with. */
+typedef struct {
+    SG(work) work;
+#if SIGNORINI_ADAPTIVE
+    SG(control) control;
+#endif
+} worker;
+
+/* Steps of a run, of one size or such as a tolerance wants. */
+static int take(const SG(batch) * b, int k, worker *m, SG(state) * s, SG(info) * info,
+                const SG(real) * u, int n_steps, const SG(record) * record, int *taken) {
+#if SIGNORINI_ADAPTIVE
+    if (b->control != NULL) {
+        const long rows = (b->n_steps + b->every - 1L) / b->every + 1;
+        const long row = (long)k * rows + 1 + b->done[k] / b->every;
+        int status;
+        m->control.estimates = &b->estimate[row];
+        status = SG(simulate_within)(s, &m->work, info, &b->params[k], b->options, u, b->h, n_steps,
+                                     b->every, record, taken, &m->control);
+        b->missed[k] = m->control.missed;
+        return status;
+    }
+#endif
+    return SG(simulate)(s, &m->work, info, &b->params[k], b->options, u, b->h, n_steps, b->every,
+                        record, taken);
+}
 
 enum { SG_STRIDE = 256 }; /* steps between two looks at the caller's wish to stop */
 
 static void run_one(const void *job, int k, void *memory) {
     const SG(batch) *b = job;
-    SG(work) *work = memory;
+    worker *m = memory;
     const long rows = (b->n_steps + b->every - 1L) / b->every + 1;
     const long first = (long)k * rows + 1;
     SG(state) state;
@@ -41,6 +73,13 @@ static void run_one(const void *job, int k, void *memory) {
     b->done[k] = 0;
     b->status[k] = SG(init)(&state, &b->params[k], b->options, b->t0[k], &b->q0[(long)k * b->n_q],
                             &b->v0[(long)k * b->n_q]);
+#if SIGNORINI_ADAPTIVE
+    if (b->control != NULL) {
+        m->control = *b->control;
+        m->control.t_start = b->t0[k];
+        m->control.span = (SG(real))b->n_steps * b->h;
+    }
+#endif
     if (b->status[k] == 0) {
         const SG(real) *u = b->n_u > 0 ? &b->u[(long)k * b->n_u_rows * b->n_u] : NULL;
         SG(record) at = record;
@@ -58,12 +97,11 @@ static void run_one(const void *job, int k, void *memory) {
             at.counts = &record.counts[8L * row];
             at.contact = record.contact != NULL ? &record.contact[(long)row * b->n_contacts] : NULL;
             at.begun = b->done[k] % b->every;
-            b->status[k] =
-                SG(simulate)(&state, work, &info, &b->params[k], b->options,
-                             u != NULL && b->n_u_rows > 0 ? &u[(long)b->done[k] * b->n_u]
-                             : u != NULL                  ? &b->u[(long)b->done[k] * b->n_u]
-                                                          : NULL,
-                             b->h, left < SG_STRIDE ? left : SG_STRIDE, b->every, &at, &taken);
+            b->status[k] = take(b, k, m, &state, &info,
+                                u != NULL && b->n_u_rows > 0 ? &u[(long)b->done[k] * b->n_u]
+                                : u != NULL                  ? &b->u[(long)b->done[k] * b->n_u]
+                                                             : NULL,
+                                left < SG_STRIDE ? left : SG_STRIDE, &at, &taken);
             b->done[k] += taken;
         }
     }
@@ -102,6 +140,11 @@ int SG(batch_layout)(int out[]) {
         AT(status),
         AT(done),
         AT(stop),
+#if SIGNORINI_ADAPTIVE
+        AT(control),
+        AT(estimate),
+        AT(missed),
+#endif
     };
     const int n = (int)(sizeof layout / sizeof layout[0]);
     int k;
@@ -117,7 +160,7 @@ int SG(run_batch)(const SG(batch) * batch, int n_threads) {
     task of;
     of.run = run_one;
     of.job = batch;
-    of.memory = sizeof(SG(work));
+    of.memory = sizeof(worker);
     of.n_runs = batch->n_runs;
     of.stop = batch->stop;
     return work_on(&of, n_threads);

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
+from signorini.runtime.chosen import ChosenRun
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
 from signorini.runtime.event import Event
@@ -16,6 +17,7 @@ from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
 from signorini.runtime.run import Run
 from signorini.runtime.threads import drive, number_of_threads
+from signorini.runtime.tolerance import control_of
 from signorini.runtime.trajectory import Trajectory
 
 _FLOATS = ("t", "q", "v", "P", "residual", "smallest_gap", "energy_range")
@@ -59,6 +61,10 @@ class Batch:
         Every how many steps a row was recorded.
     bytes_per_run : int
         Memory of the result of one run; each thread needs `bytes_per_thread` besides.
+    estimate : ndarray, shape (n, n_t)
+        Of runs with ``error=...``: estimated errors of all steps so far, in units of the scale.
+    missed : ndarray of int, shape (n,)
+        Of such runs: steps less exact than asked for, however small they were.
     dq, dv, doutputs : dict from name to ndarray, shapes (n, n_t, n_q | n_outputs, ...)
         Derivatives of runs with ``derivatives="forward"``.
     gradient : Gradient
@@ -86,6 +92,8 @@ class Batch:
     h: float
     bytes_per_run: int
     bytes_per_thread: int
+    estimate: np.ndarray | None = None
+    missed: np.ndarray | None = None
     dq: dict[str, np.ndarray] = field(default_factory=dict)
     dv: dict[str, np.ndarray] = field(default_factory=dict)
     doutputs: dict[str, np.ndarray] = field(default_factory=dict)
@@ -110,6 +118,8 @@ class Batch:
         u = self.u[k if len(self.u) > 1 else 0]
         index = np.minimum(np.arange(rows) * self.every, max(int(self.steps[k]) - 1, 0))
         arrays = {name: getattr(self, name)[k, :rows] for name in (*_FLOATS, "counts", "contact")}
+        if self.estimate is not None:
+            arrays["estimate"] = self.estimate[k, :rows]
         arrays["u"] = u[index] if n_steps else np.zeros((rows, u.shape[1]))
         parameters = {name: float(values[k]) for name, values in self.parameters.items()}
         return Trajectory(
@@ -127,7 +137,16 @@ class Batch:
         u = self.u[k if len(self.u) > 1 else 0][:steps]
         options = RunOptions.of(self.options)
         start = float(self.t[k, 0]), self.q[k, 0].copy(), self.v[k, 0].copy()
-        run = Run(self.stepper, parameters, options, *start, self.h, steps, max(steps, 1), False)
+        run: Run
+        if options.error is None:
+            run = Run(
+                self.stepper, parameters, options, *start, self.h, steps, max(steps, 1), False
+            )
+        else:
+            end = start[0] + (self.u.shape[1]) * self.h
+            run = ChosenRun(
+                self.stepper, parameters, options, *start, self.h, steps, max(steps, 1), end
+            )
         again = run.go(u, None, None)
         return again.events
 
@@ -185,6 +204,11 @@ def run_batch(
     result["P"][:, 0] = result["residual"][:, 0] = result["counts"][:, 0] = 0
     result["smallest_gap"][:, 0] = np.inf
     per_run = sum(a[0].nbytes for a in result.values())
+    control = None
+    if options.error is not None:
+        control = control_of(stepper, options, 0.0, n_steps * h)
+        result["estimate"] = np.zeros((n, rows), real)
+    missed = np.zeros(n, np.intc)
     status, done = np.zeros(n, np.intc), np.zeros(n, np.intc)
     interrupted = False
     options_c = stepper.c_options(options)
@@ -205,6 +229,9 @@ def run_batch(
         batch.n_contacts = sizes["n_contacts"]
         batch.h = h
         batch.options = ctypes.cast(ctypes.byref(options_c), ctypes.c_void_p)
+        if control is not None:
+            batch.control = ctypes.cast(ctypes.byref(control), ctypes.c_void_p)
+            arrays["missed"] = missed[some]
         for name, array in arrays.items():
             setattr(batch, name, array.ctypes.data_as(ctypes.c_void_p))
         taken, interrupted = drive(lib.run_batch, batch, threads)
@@ -239,6 +266,7 @@ def run_batch(
         h=h,
         bytes_per_run=per_run,
         bytes_per_thread=ctypes.sizeof(lib.structs["work"]),
+        missed=missed if control is not None else None,
     )
     if interrupted:
         error = KeyboardInterrupt(

@@ -20,8 +20,10 @@ typedef struct {
     SG(real) * lost_t;            /* rows of max_lost: their times */
     int *lost_contact, *lost_why; /* contacts and reasons */
     const volatile int *stop;     /* the caller sets it to end all */
+    const SG(real) * sizes;       /* of the steps, or NULL: they have the size h */
+    const int *ends;              /* steps before the end of each row, the first is 0 */
+    int n_rows;                   /* rows of a run */
     /* forward */
-    int every;                    /* steps of a row */
     const SG(directions) * seeds; /* directions at the start of each run */
     SG(real) * dq, *dv;           /* changes: rows of n_ways * n_q */
     /* back */
@@ -53,6 +55,10 @@ typedef struct {
     SG(directions) directions;
 } walker;
 
+static SG(real) size_of(const SG(changes) * c, int step) {
+    return c->sizes != NULL ? c->sizes[step] : c->h;
+}
+
 static const SG(real) * inputs_of(const SG(changes) * c, int k, int step) {
     const long first = (long)k * c->n_u_rows + step;
     return c->n_u > 0 ? &c->u[first * c->n_u] : NULL;
@@ -70,8 +76,7 @@ static void note_lost(const SG(changes) * c, int k, const SG(directions) * d) {
 
 /* Row of a run: what is unknown is no number. */
 static void keep_row(const SG(changes) * c, int k, int row, const SG(directions) * d, int lost) {
-    const long rows = (c->n_steps + c->every - 1L) / c->every + 1;
-    const long first = ((long)k * rows + row) * c->n_ways * c->n_q;
+    const long first = ((long)k * c->n_rows + row) * c->n_ways * c->n_q;
     int i, j;
     for (j = 0; j < d->count - 1; ++j) { /* the last is the probe */
         /* the start is as it is said, whatever follows */
@@ -118,6 +123,7 @@ static void walk(const void *job, int k, void *memory) {
     const int spreads = 8; /* a motion that rounding decides */
     int lost = 0;
     int spread = 0;
+    int row = 0;
     int step;
     *d = c->seeds[k];
     add_probe(c, d);
@@ -126,15 +132,16 @@ static void walk(const void *job, int k, void *memory) {
         SG(set_state)(&m->state, c->t0[k], &c->q0[(long)k * c->n_q], &c->v0[(long)k * c->n_q]);
     for (step = 0; c->status[k] == 0 && !*c->stop; ++step) {
         int status;
-        if (d->count > 1 && (step % c->every == 0 || step == c->steps[k])) {
-            keep_row(c, k, (step + c->every - 1) / c->every, d, lost);
+        row += c->ends[row] < step;
+        if (d->count > 1 && (step == c->ends[row] || step == c->steps[k])) {
+            keep_row(c, k, row, d, lost);
         }
         if (step == c->steps[k]) {
             break;
         }
         d->lost = 0;
         status = SG(step_forward)(&m->state, &m->work, &m->info, &c->params[k], c->options,
-                                  inputs_of(c, k, step), c->h, d);
+                                  inputs_of(c, k, step), size_of(c, step), d);
         c->status[k] = status > 2 ? status : 0;
         if (d->lost != 0 && status <= 2 && !(d->lost == of_map && c->n_lost[k] > 0)) {
             note_lost(c, k, d);
@@ -162,6 +169,45 @@ int SG(run_forward)(const SG(changes) * changes, int n_threads) {
     return work_on(&of, n_threads);
 }
 
+/* A gradient carried back over steps of different sizes; all states are kept. */
+static int pull_chosen(const SG(changes) * c, int k, walker *m, SG(checkpoint) kept[],
+                       const SG(real) * q_bar, const SG(real) * v_bar, SG(real) * u_bar) {
+    SG(adjoint) *a = &c->gradient[k];
+    SG(directions) *d = &m->directions;
+    const int of_map = 7;
+    int status = 0;
+    int step, j;
+    kept[0].state = m->state;
+    for (step = 0; step < c->steps[k] && status <= 2; ++step) {
+        kept[step + 1].state = kept[step].state;
+        status = SG(step)(&kept[step + 1].state, &m->work, &m->info, &c->params[k], c->options,
+                          inputs_of(c, k, step), size_of(c, step));
+    }
+    d->lost = 0;
+    for (step = c->steps[k]; step >= 0 && status <= 2; --step) {
+        for (j = 0; j < c->n_q && c->rows; ++j) {
+            a->q[j] += q_bar[(long)step * c->n_q + j];
+            a->v[j] += v_bar[(long)step * c->n_q + j];
+        }
+        if (step > 0) {
+            for (j = 0; j < c->n_u; ++j) {
+                a->u[j] = 0;
+            }
+            d->fresh = step == 1;
+            status =
+                SG(step_adjoint)(&kept[step - 1].state, &m->work, &m->info, &c->params[k],
+                                 c->options, inputs_of(c, k, step - 1), size_of(c, step - 1), d, a);
+            for (j = 0; j < c->n_u; ++j) {
+                u_bar[(long)(step - 1) * c->n_u + j] = a->u[j];
+            }
+            if (d->lost != 0 && d->lost != of_map) {
+                break;
+            }
+        }
+    }
+    return status;
+}
+
 static void pull(const void *job, int k, void *memory) {
     const SG(changes) *c = job;
     walker *m = memory;
@@ -183,9 +229,11 @@ static void pull(const void *job, int k, void *memory) {
         SG(set_state)(&m->state, c->t0[k], &c->q0[(long)k * c->n_q], &c->v0[(long)k * c->n_q]);
     if (c->status[k] == 0) {
         const int status =
-            SG(run_adjoint)(&m->state, kept, c->n_kept, &m->work, &m->info, &c->params[k],
-                            c->options, inputs_of(c, k, 0), c->h, c->steps[k],
-                            c->rows ? q_bar : NULL, c->rows ? v_bar : NULL, d, a, u_bar);
+            c->sizes != NULL
+                ? pull_chosen(c, k, m, kept, q_bar, v_bar, u_bar)
+                : SG(run_adjoint)(&m->state, kept, c->n_kept, &m->work, &m->info, &c->params[k],
+                                  c->options, inputs_of(c, k, 0), c->h, c->steps[k],
+                                  c->rows ? q_bar : NULL, c->rows ? v_bar : NULL, d, a, u_bar);
         c->status[k] = status > 2 ? status : 0;
         if (d->lost != 0) {
             note_lost(c, k, d);
@@ -235,7 +283,9 @@ int SG(changes_layout)(int out[]) {
         AT(lost_contact),
         AT(lost_why),
         AT(stop),
-        AT(every),
+        AT(sizes),
+        AT(ends),
+        AT(n_rows),
         AT(seeds),
         AT(dq),
         AT(dv),

@@ -35,6 +35,9 @@ class Taken:
         Inputs; one row of runs if all share them.
     steps : ndarray of int, shape (n,)
         Steps that each has taken.
+    sizes, ends : ndarray, shapes (n_steps,) and (rows,), optional
+        Sizes of steps that a tolerance has chosen, of one run, and steps before the end of each
+        row; by default all have the size h and `every` of them make a row.
     project : bool
         Whether changes of the start are made to keep what holds there.
     """
@@ -52,6 +55,8 @@ class Taken:
     every: int
     threads: int
     project: bool
+    sizes: np.ndarray | None = None
+    ends: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.t)
@@ -59,7 +64,24 @@ class Taken:
     @property
     def rows(self) -> int:
         """Recorded rows of a run."""
-        return -(-self.n_steps // self.every) + 1
+        return len(self.row_ends)
+
+    @property
+    def row_ends(self) -> np.ndarray:
+        """Steps before the end of each row."""
+        if self.ends is not None:
+            return self.ends
+        rows = -(-self.n_steps // self.every) + 1
+        return np.minimum(np.arange(rows) * self.every, self.n_steps)
+
+    @property
+    def of_one_size(self) -> RunOptions:
+        """The options of its steps, whoever chooses their sizes."""
+        return replace(self.options, error=None, scale=None)
+
+    def size(self, step: int) -> float:
+        """Of a step."""
+        return self.h if self.sizes is None else float(self.sizes[step])
 
     def parameters(self, k: int) -> dict[str, float]:
         """Those of run k."""
@@ -83,7 +105,9 @@ class Taken:
         """States of the contacts of run k after its first step."""
         if not self.project or not self.steps[k]:
             return []
-        one = Run(self.stepper, self.parameters(k), self.options, *start, self.h, 1, 1, False)
+        one = Run(
+            self.stepper, self.parameters(k), self.of_one_size, *start, self.size(0), 1, 1, False
+        )
         traj = one.go(self.u[k if len(self.u) > 1 else 0, :1], None, None)
         names = [c["name"] for c in self.stepper.manifest["contacts"]]
         return [str(traj[f"{name}.state"][1]) for name in names]
@@ -106,7 +130,7 @@ class Taken:
         start = float(self.t[k]), self.q[k], self.v[k]
         if self.steps[k]:
             walk = Walk(self.stepper, self.parameters(k), self.options, start, seeds)
-            walk.step(self.u[k if len(self.u) > 1 else 0, 0], self.h)
+            walk.step(self.u[k if len(self.u) > 1 else 0, 0], self.size(0))
         leaves = np.frombuffer(seeds.directions.leaves, np.intc)[: seeds.directions.count] != 0
         return seeds.by_name(leaves)
 
@@ -145,7 +169,10 @@ class _Job:
         }  # fmt: skip
         self.seeds = (lib.structs["directions"] * runs)(*(x.directions for x in seeds))
         self.job = job = lib.changes_struct()
-        job.n_runs, job.n_steps, job.every = runs, taken.n_steps, taken.every
+        job.n_runs, job.n_steps, job.n_rows = runs, taken.n_steps, taken.rows
+        self.arrays["ends"] = np.ascontiguousarray(taken.row_ends, np.intc)
+        if taken.sizes is not None:
+            self.arrays["sizes"] = lib.array(taken.sizes)
         job.n_u_rows = 0 if len(taken.u) < runs else taken.n_steps
         job.n_q, job.n_u, job.n_ways = n["n_q"], n["n_u"], seeds[0].directions.count
         job.max_lost, job.h = _MOST_LOST, taken.h
@@ -251,7 +278,7 @@ def outputs(
                 taken.parameters(k),
             )  # fmt: skip
             slopes[by] += found.reshape(slopes[by].shape)
-    steps = np.minimum(np.arange(rows) * taken.every, taken.steps[k])
+    steps = np.minimum(taken.row_ends[:rows], taken.steps[k])
     own = {
         "parameters": slopes["par"], "inputs": slopes["u"], "t0": slopes["t"],
         "dt": slopes["t"] * steps[:, None, None],
@@ -310,6 +337,8 @@ class Gradient:
         job = _Job(taken, seeds)
         room = _KEPT // ctypes.sizeof(lib.structs["checkpoint"])
         job.job.n_kept = max(2, min(taken.n_steps + 2, room))
+        if taken.sizes is not None:
+            job.job.n_kept = taken.n_steps + 2
         job.job.rows = int(rows)
         job.go(
             "run_back", q_bar=lib.array(bars[0]), v_bar=lib.array(bars[1]), u_bar=u_bar,
@@ -319,8 +348,13 @@ class Gradient:
         runs = [self._of_run(k, gradients[k], away[k] != 0, job, given[k]) for k in range(n)]
         found = {name: np.array([run[name] for run in runs]) for name in runs[0]}
         found["inputs"] = u_bar.astype(lib.wide, copy=False)
+        if taken.sizes is not None:
+            # of the intervals over which they are held
+            found["inputs"] = np.add.reduceat(found["inputs"], taken.row_ends[:-1], axis=1)
         if not self.alone:
             return found
+        if taken.sizes is not None:
+            del found["dt"]  # sizes of steps are held as they were chosen
         return {
             name: float(x[0]) if x.ndim == 1 and lib.wide is np.float64 else x[0]
             for name, x in found.items()
@@ -392,8 +426,8 @@ class Gradient:
             if bar.ndim == 2:
                 full[k, steps] = bar[k]
             else:
-                at = np.minimum(np.arange(rows) * taken.every, steps)
-                full[k, at[: -(-steps // taken.every) + 1]] = bar[k, : -(-steps // taken.every) + 1]
+                reached = int(np.searchsorted(taken.row_ends, steps)) + 1
+                full[k, np.minimum(taken.row_ends[:reached], steps)] = bar[k, :reached]
         return full
 
 

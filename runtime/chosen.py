@@ -2,14 +2,18 @@
 
 import ctypes
 import warnings
+from typing import Any
 
 import numpy as np
 from signorini.runtime.compiled import Compiled
+from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.options import RunOptions
 from signorini.runtime.run import Run
 from signorini.runtime.tolerance import control_of
 from signorini.runtime.trajectory import Trajectory
 
+_EIGHTHS = 8  # times at which runs of different steps are compared
+_MOST_STEPS = 1 << 20
 _ROWS = 256  # of the first buffers of a run whose rows are its steps
 
 
@@ -65,6 +69,45 @@ class ChosenRun(Run):
                 self.buffers[name] = np.concatenate([buffer, more])
             self.rows, self.n_steps = 2 * rows, 2 * self.n_steps
 
+    def parts(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The steps of one size that the run is made of, found by taking it again.
+
+        Parameters
+        ----------
+        u : ndarray, shape (rows or 1, n_u)
+            Inputs of its intervals.
+
+        Returns
+        -------
+        sizes : ndarray, shape (n,)
+        ends : ndarray of int, shape (rows + 1,)
+            How many there are before the end of each row.
+        inputs : ndarray, shape (n, n_u)
+        """
+        lib, (t, q, v) = self.lib, self.start
+        state = self.stepper.c_state(t, q, v)
+        c = control_of(self.stepper, self.option_values, t, self.control.t_end)
+        used = lib.array(u)
+        sizes: list[float] = []
+        ends, held = [0], []
+        intervals = 0
+        while intervals < self.n_steps:
+            end = c.t_end if self.free else c.t_start + (intervals + 1) * self.h
+            row = used[0 if self.free else intervals]
+            while state.t < end:
+                lib.call["step_within"](
+                    state, self.work, self.info, self.params, self.options,
+                    lib.pointer(row) if row.size else None, end, c,
+                )  # fmt: skip
+                sizes += np.diff([0.0, *c.parts[: c.n_parts]]).tolist()
+                held += [u[0 if self.free else intervals]] * c.n_parts
+                if self.free:
+                    break
+            intervals += 1
+            if intervals % self.every == 0 or intervals == self.n_steps:
+                ends.append(len(sizes))
+        return np.array(sizes), np.array(ends), np.array(held).reshape(len(sizes), u.shape[1])
+
     def progress(self, done: int) -> tuple[int, int]:
         """Thousandths of the time."""
         c = self.control
@@ -75,7 +118,7 @@ class ChosenRun(Run):
             u = np.broadcast_to(u[:1], (max(done, 1), u.shape[1]))
         traj = super().trajectory(done, u, begin)
         c = self.control
-        traj.steps = int(c.steps)
+        traj.steps, traj.missed = int(c.steps), int(c.missed)
         if c.missed:
             warnings.warn(
                 f"model '{self.stepper.name}': {c.missed} of {c.steps} steps, the first one before "
@@ -84,3 +127,55 @@ class ChosenRun(Run):
                 stacklevel=5,
             )
         return traj
+
+
+def largest_step(
+    stepper: Any,
+    t: float,
+    t_end: float,
+    error: float,
+    scale: np.ndarray,
+    parameters: dict[str, float],
+    options: dict[str, Any],
+) -> float:
+    """The largest step size of runs as exact as `error` says; see `Stepper.step_size`."""
+    if t_end <= t:
+        raise RunError(f"t_end = {t_end:g}: give an end after the start t0 = {t:g}")
+    order = 2 * stepper.stages - 2
+    runs: dict[int, np.ndarray | None] = {}
+
+    def places(n: int) -> np.ndarray | None:
+        """Coordinates after every eighth of the time in n steps; None where one is not solved."""
+        if n not in runs:
+            try:
+                traj = stepper.simulate(
+                    t0=t, t_end=t_end, dt=(t_end - t) / n, every=n // _EIGHTHS,
+                    parameters=parameters, **{"events": "located", **options},
+                )  # fmt: skip
+                runs[n] = traj.q
+            except StepError:
+                runs[n] = None
+        return runs[n]
+
+    def off(n: int) -> float:
+        """Error of n steps, by what twice as many differ by."""
+        one, other = places(n), places(2 * n)
+        if one is None or other is None:
+            return np.inf
+        return float(np.max(np.abs(one - other) / scale)) / (1 - 2.0**-order)
+
+    n = _EIGHTHS
+    while off(n) > error:
+        if n > _MOST_STEPS // 2:
+            raise RunError(
+                f"error = {error:g}: with {2 * n} steps it is still {off(n):.2g}. The motion "
+                "spreads errors, or the wish is below rounding"
+            )
+        n *= 2
+    # in between, where the order says that fewer are enough
+    if n > _EIGHTHS and np.isfinite(off(n // 2)):
+        fewer = n // 2 * (off(n // 2) / error) ** (1 / order) * 1.05
+        fewer = _EIGHTHS * int(np.ceil(fewer / _EIGHTHS))
+        if fewer < n and off(fewer) <= error:
+            n = fewer
+    return (t_end - t) / n

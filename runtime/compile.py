@@ -127,7 +127,14 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
     own = {path.name: path.read_bytes() for path in (*drivers, _POOL)}
     files = {source.name: text, model.name: functions, f"{source.stem}.h": heading, **own}
     parts = (*map(_without_defaults, (text, functions, heading)), *own.values())
-    before = (f"-DSIGNORINI_PREFIX={prefix}", "-include", f"{source.stem}.h", "-I.")
+    adaptive = int(f"{prefix}_step_within".encode() in heading)
+    before = (
+        f"-DSIGNORINI_PREFIX={prefix}",
+        f"-DSIGNORINI_ADAPTIVE={adaptive}",
+        "-include",
+        f"{source.stem}.h",
+        "-I.",
+    )
     sources = (
         (source.name, *flags),
         # nothing that takes steps calls these: compiled meanwhile, at less expense

@@ -228,6 +228,8 @@ class Library:
             ("h", self.real),
             *((name, ctypes.c_void_p) for name in (*pointers, *results)),
         ]
+        if self.manifest["adaptive"]:
+            fields += [(name, ctypes.c_void_p) for name in ("control", "estimate", "missed")]
         return self._verified_layout("batch", fields)
 
     def _verified_changes(self) -> Any:
@@ -243,7 +245,9 @@ class Library:
             *((name, ctypes.c_int) for name in integers),
             ("h", self.real),
             *((name, ctypes.c_void_p) for name in runs),
-            ("every", ctypes.c_int),
+            ("sizes", ctypes.c_void_p),
+            ("ends", ctypes.c_void_p),
+            ("n_rows", ctypes.c_int),
             *((name, ctypes.c_void_p) for name in ("seeds", "dq", "dv")),
             *((name, ctypes.c_int) for name in ("n_kept", "rows")),
             *((n, ctypes.c_void_p) for n in ("q_bar", "v_bar", "gradient", "u_bar", "leaves")),

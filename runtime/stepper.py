@@ -9,7 +9,7 @@ import numpy as np
 from signorini.runtime.arguments import as_path, grid, number, reals
 from signorini.runtime.batch import Batch, run_batch
 from signorini.runtime.changes import Taken, differentiate, differentiate_batch, table_of
-from signorini.runtime.chosen import ChosenRun
+from signorini.runtime.chosen import ChosenRun, largest_step
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.consistency import project
 from signorini.runtime.controller import Controller
@@ -22,7 +22,7 @@ from signorini.runtime.run import Run
 from signorini.runtime.simulator import Simulator
 from signorini.runtime.simulator import start as start_simulator
 from signorini.runtime.threads import number_of_threads
-from signorini.runtime.tolerance import check_chosen
+from signorini.runtime.tolerance import check_chosen, scale_of
 from signorini.runtime.trajectory import Trajectory
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -237,7 +237,8 @@ class Stepper(Compiled):
             derivatives through impacts and changes of stick and slip. `Trajectory.differentiable`
             is True, or lists the events that have no derivative; behind the first of them
             derivatives are NaN. So are those along directions that leave the constraints of the
-            start. With ``events="captured"`` they are derivatives of the map of the steps, which
+            start. Steps that `error` chooses keep their sizes. With ``events="captured"`` they are
+            derivatives of the map of the steps, which
             `Trajectory.differentiable` says, too. "adjoint": ``traj.gradient(q_bar, v_bar)`` with
             cotangents of the end (n_q,) or of all rows (n_t, n_q) carries gradients back to
             "q0", "v0", "parameters", "t0", "dt", and "inputs" (n_steps, n_u), each step's own.
@@ -289,18 +290,65 @@ class Stepper(Compiled):
         if error is None:
             run = Run(stepper, par, options, t, q, v, h, n_steps, every, record == "stages")
         else:
-            check_chosen(record, asked is not None and dt is None, wanted)
+            check_chosen(record, asked is not None and dt is None, wanted, True)
             last = end if dt is None else t + n_steps * h
             run = ChosenRun(stepper, par, options, t, q, v, h, n_steps, every, last)
         traj = run.go(u, asked, progress)
         if wanted:
             table = table_of(stepper, par)
+            sizes = ends = None
+            if isinstance(run, ChosenRun):
+                sizes, ends, u = run.parts(u)
+                n_steps = len(sizes)
             taken = Taken(
                 stepper, options, np.array([t]), q[None], v[None], table, u[None], h, n_steps,
-                np.array([n_steps]), every, 1, bool(project),
+                np.array([n_steps]), every, 1, bool(project), sizes, ends,
             )  # fmt: skip
             differentiate(traj, taken, wanted if derivatives == "forward" else None)
         return traj
+
+    @_named
+    def step_size(
+        self,
+        *,
+        t_end: float,
+        error: float,
+        scale: Any = None,
+        t0: float | None = None,
+        parameters: Mapping[str, float] | None = None,
+        **options: Any,
+    ) -> float:
+        """The largest step size for which runs of steps of one size are as exact as is asked for.
+
+        Steps of one size keep what a variational scheme keeps: the energy of a motion without loss
+        stays near its value for ever, which it does not if step sizes follow the motion.
+
+        Parameters
+        ----------
+        t_end : float
+            End [s]; the step size divides the time up to it.
+        error, scale
+            As for `simulate`; here of the coordinates at all times.
+        t0, parameters, **options
+            As for `simulate`: q0, v0, inputs that are constant, tol, ...
+
+        Returns
+        -------
+        float
+            The step size [s], for ``simulate(dt=..., events="located")``.
+
+        Raises
+        ------
+        RunError
+            If no step size above 2^-20 of the time is small enough, as in motions that spread
+            errors or grow.
+        """
+        RunOptions(error=error, scale=scale)
+        par = self.check_parameters(parameters)
+        t = self.initial_state(par)[0] if t0 is None else number("t0", t0)
+        return largest_step(
+            self, t, number("t_end", t_end), error, scale_of(self, scale), par, options
+        )
 
     @_named
     def start(
@@ -505,7 +553,7 @@ class Stepper(Compiled):
             Called between blocks of runs.
         **options
             ``tol``, ``r``, ``active_set``, ``scaling``, ``max_iterations``, ``events``,
-            ``max_events`` as for `simulate`.
+            ``max_events``, ``error``, ``scale`` as for `simulate`; rows are those of the grid.
 
         Returns
         -------
@@ -531,6 +579,8 @@ class Stepper(Compiled):
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
         chosen = RunOptions.of({"max_halvings": max_halvings, **options})
         wanted = check_derivatives(self, derivatives, of, chosen, callable(inputs))
+        if chosen.error is not None:
+            check_chosen("", False, wanted, False)
         stepper = self.differentiable() if wanted else self.fitting(chosen)
         batch = run_batch(
             stepper,

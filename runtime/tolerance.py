@@ -37,7 +37,7 @@ def scale_of(stepper: Compiled, given: Any) -> np.ndarray:
     return scale
 
 
-def check_chosen(record: str, asked: bool, wanted: tuple[str, ...]) -> None:
+def check_chosen(record: str, asked: bool, wanted: tuple[str, ...], alone: bool) -> None:
     """Raise for what a run of chosen steps does not have.
 
     Raises
@@ -52,8 +52,14 @@ def check_chosen(record: str, asked: bool, wanted: tuple[str, ...]) -> None:
             "inputs that are a function of the state are held over intervals: give dt, too, "
             "which is the interval; error chooses the steps within it"
         )
-    if wanted:
-        raise RunError("derivatives need steps of one size: leave out error, and give dt")
+    if wanted and not alone:
+        raise RunError(
+            "derivatives of a batch need steps of one size: leave out error, or simulate one by one"
+        )
+    if "dt" in wanted:
+        raise RunError(
+            'of = "dt": error chooses the sizes of steps, and derivatives hold them as they are'
+        )
 
 
 def control_of(

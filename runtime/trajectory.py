@@ -55,6 +55,8 @@ class Trajectory:
         Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
     estimate : ndarray, shape (n+1,)
         Of a run with ``error=...``: estimated errors of all steps so far, in units of its scale.
+    missed : int
+        Of such a run: steps less exact than asked for, however small they were.
     events : list of Event
         Changes of contact states in every step of the run, recorded or not.
     dq, dv : dict from name to ndarray, shape (n+1, n_q, ...)
@@ -89,6 +91,7 @@ class Trajectory:
         self.options: dict[str, Any] = about["options"]
         self.seconds: float = about.get("seconds", 0.0)
         self.steps: int = about.get("steps", len(arrays["t"]) - 1)
+        self.missed = 0
         self._events: list[Event] | None = about.get("events")
         self._find_events: Callable[[], list[Event]] | None = about.get("find_events")
         self.model: str = stepper.name

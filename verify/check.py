@@ -156,6 +156,7 @@ class Checker:
         name = f"located steps, s = {s}"
         self._add(name, "motion by events", found.errors, intervals.tolerance(s))
         self._add(f"located events, s = {s}", "impacts", [float(found.wrong)], 0.0)
+        self._add(f"tolerance, s = {s}", "errors in wishes", found.wishes, intervals.MOST)
         self.report.notes.append(
             f"s = {s}: {len(found.errors)} intervals of located steps compared, "
             f"{found.eventful} with events"

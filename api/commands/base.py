@@ -95,19 +95,26 @@ class Grid:
         Step size, by default what the model suggests or 0.01.
     t_end
         End of the run, by default what the model suggests or 2.
+    error
+        Wanted error of the coordinates at the end: the sizes of steps follow, --dt is the interval of
+        the rows.
     set
         Parameters, NAME=VALUE ...
     """
 
     dt: Real | None = None
     t_end: Real | None = None
+    error: Real | None = None
     set: Pairs = None
 
     def over(self, suggested: dict[str, Any]) -> dict[str, Any]:
-        """dt, t_end and inputs: those given, those the model suggests, or plain ones."""
-        given = {"dt": self.dt, "t_end": self.t_end}
+        """dt, t_end, inputs, error: those given, those the model suggests, or plain ones."""
+        given = {"dt": self.dt, "t_end": self.t_end, "error": self.error}
         plain = {"dt": 1e-2, "t_end": 2.0, "inputs": None}
-        return plain | suggested | {k: v for k, v in given.items() if v is not None}
+        found = plain | suggested | {k: v for k, v in given.items() if v is not None}
+        if self.error is not None and self.dt is None and found["inputs"] is None:
+            found["dt"] = None  # rows are the steps
+        return found
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -166,7 +166,8 @@ def _start(
 
 def _simulate(console: Console, stepper: Stepper, out: Path | None, **arguments: Any) -> Trajectory:
     """Run with progress; what was done before a failure or an interruption is saved."""
-    long = arguments["t_end"] / arguments["dt"] > _QUIET_STEPS if arguments["dt"] > 0 else False
+    dt = arguments["dt"]
+    long = dt is not None and dt > 0 and arguments["t_end"] / dt > _QUIET_STEPS
     columns = (TextColumn("steps"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not long, transient=True) as bar:
         task = bar.add_task("steps", total=None)

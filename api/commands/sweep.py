@@ -1,5 +1,6 @@
 """A model over a grid of parameters and starts."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -74,13 +75,16 @@ def sweep(
         check_figure("--plot", plot)
     with console.status(f"generating and compiling {model}"):
         chosen = find_model(model)
-        stepper = build(chosen, **(built or Built()).keywords())
+        keywords = (built or Built()).keywords()
+        if grid is not None and grid.error is not None:
+            keywords["events"] = "located"
+        stepper = build(chosen, **keywords)
     axes = tuple(sweeping.axis(text) for text in over)
     sweeping.check_axes(stepper, axes)
     grid = grid or Grid()
     fixed = grid.parameters
     stepper.check_parameters(fixed)
-    chosen_grid = grid.over(chosen.suggested)
+    chosen_grid = replace(grid, error=None).over(chosen.suggested)
     end, h = chosen_grid["t_end"], chosen_grid["dt"]
     if not (h > 0 and end > stepper.initial_state(fixed)[0]):
         raise RunError(
@@ -92,7 +96,7 @@ def sweep(
         last = max(1, rows // 2)
         notes = Console(stderr=True)
         notes.print(f"note: the last {last} of {rows} rows are kept; --last says otherwise")
-    plan = sweeping.Sweep(axes, fixed, end, h, every, last)
+    plan = sweeping.Sweep(axes, fixed, end, h, every, last, grid.error)
     column = swept.column_of(stepper.manifest, show)
     size = batch or max(1, min(256, plan.size // 64))
     with Progress(

@@ -231,6 +231,7 @@ def structs(
     if scheme.located:
         info += (
             Field("captured", "int", (), "1: the rest of the step was captured, 2: all of it"),
+            Field("t_captured", "real", (), "from when on"),
             Field("n_events", "int", (), "events of a located step, listed below"),
             Field("events", "event", (n.n_events,), "the first of them"),
         )
@@ -285,7 +286,8 @@ def structs(
         Field("iterations", "int", (), "Newton iterations of the last step with all attempts"),
         Field("whole", "state", (), "scratch: the end of a step taken as a whole"),
         Field("halves", "state", (), "scratch: the end of a step taken in parts"),
-        Field("parts", "real", (n.n_events + 1,), "scratch: where its parts end"),
+        Field("n_parts", "int", (), "in how many parts the last step was taken"),
+        Field("parts", "real", (n.n_events + 2,), "where they end, counted from its start"),
         Field("sum", "info", (), "scratch: what its parts report"),
         Field("before", "info", (), "scratch: what earlier steps report"),
     )

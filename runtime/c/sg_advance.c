@@ -3,7 +3,8 @@
 
 /* Steps whose sizes follow from a tolerance. Each is taken as a whole, and once more with every
    segment between its events in two. With an error of C h^(p+1) in a segment of size h, p = 2s - 2,
-   what both differ by is 2^p - 1 times the error of the halves, which are what is kept. */
+   what both differ by is 2^p - 1 times the error of the halves, which are what is kept. What is
+   captured has p = 1. */
 
 /* How the size of a step follows the estimate: a margin, bounds of one change, the smallest size as
    a share of the span, attempts in a row. */
@@ -85,6 +86,9 @@ static void sg_add_info(SG(info) * sum, const SG(info) * part) {
         sum->impacts[k] += part->impacts[k];
     }
 #if SG_LOCATED
+    if (part->captured > 0 && sum->captured == 0) {
+        sum->t_captured = part->t_captured;
+    }
     sum->captured = part->captured > sum->captured ? part->captured : sum->captured;
     for (k = 0; k < part->n_events && k < SG_N_EVENTS; ++k) {
         if (sum->n_events < SG_N_EVENTS) {
@@ -92,6 +96,16 @@ static void sg_add_info(SG(info) * sum, const SG(info) * part) {
         }
         ++sum->n_events;
     }
+#endif
+}
+
+/* 1 if any of a step was captured, which is of first order. */
+static int sg_is_captured(const SG(info) * info) {
+#if SG_LOCATED
+    return info->captured > 0;
+#else
+    (void)info;
+    return 0;
 #endif
 }
 
@@ -116,28 +130,31 @@ static int sg_is_smooth(const SG(options) * opt) {
 }
 
 /* Where the parts of a step end, counted from its start: in the middles of the segments of the step
-   taken as a whole, which *info reports, so that each of them is taken as two. Returns how many
-   such places there are; the last part ends with the step. */
-static int sg_middles(SG(control) * c, real t, real h, const SG(info) * info) {
+   taken as a whole, which *info reports, so that each of them is taken as two, and with the step.
+ */
+static void sg_divide(SG(control) * c, real t, real h, const SG(info) * info) {
     int n = 0;
-#if SG_LOCATED
     real begin = SG_C(0.0);
+#if SG_LOCATED
     int k;
-    for (k = 0; k < info->n_events && k < SG_N_EVENTS; ++k) {
-        const real end = info->events[k].t - t;
+    for (k = 0; k <= info->n_events && k < SG_N_EVENTS; ++k) {
+        const real end = (k < info->n_events ? info->events[k].t
+                          : info->captured   ? info->t_captured
+                                             : t) -
+                         t;
         if (end - begin > SG_SHORTEST * h && h - end > SG_SHORTEST * h) {
             c->parts[n] = SG_C(0.5) * (begin + end);
             ++n;
             begin = end;
         }
     }
-    c->parts[n] = SG_C(0.5) * (begin + h);
 #else
     (void)t;
     (void)info;
-    c->parts[n] = SG_C(0.5) * h;
 #endif
-    return n + 1;
+    c->parts[n] = SG_C(0.5) * (begin + h);
+    c->parts[n + 1] = h;
+    c->n_parts = n + 2;
 }
 
 /* One attempt at a step of size h: its parts end in c->halves, what they report stands in c->sum.
@@ -146,24 +163,24 @@ static int sg_attempt_parts(const SG(state) * s, SG(work) * w, SG(info) * info,
                             const SG(params) * par, const SG(options) * opt, const real u[], real h,
                             SG(control) * c, real *error) {
     real done = SG_C(0.0);
-    int status, part, parts;
+    int status, part;
     c->whole = *s;
     status = SG(step)(&c->whole, w, info, par, opt, u, h);
     c->iterations += info->iterations;
     c->halves = *s;
-    parts = sg_middles(c, s->t, h, info);
+    sg_divide(c, s->t, h, info);
     sg_reset_info(&c->sum);
-    for (part = 0; part <= parts && status <= SG_K(OK_SUBSTEPPED); ++part) {
-        const real end = part < parts ? c->parts[part] : h;
-        status = SG(step)(&c->halves, w, info, par, opt, u, end - done);
+    for (part = 0; part < c->n_parts && status <= SG_K(OK_SUBSTEPPED); ++part) {
+        status = SG(step)(&c->halves, w, info, par, opt, u, c->parts[part] - done);
         c->iterations += info->iterations;
         sg_add_info(&c->sum, info);
-        done = end;
+        done = c->parts[part];
     }
     *error = SG_HUGE;
     if (status <= SG_K(OK_SUBSTEPPED) && sg_has_room(&c->sum)) {
         const real apart = sg_apart(c, c->whole.q, c->whole.v, c->halves.q, c->halves.v);
-        *error = sg_finite(apart) ? apart / (sg_gain() - SG_C(1.0)) : SG_HUGE;
+        const real gain = sg_is_captured(&c->sum) ? SG_C(1.0) : sg_gain() - SG_C(1.0);
+        *error = sg_finite(apart) ? apart / gain : SG_HUGE;
     }
     return status;
 }

@@ -285,6 +285,7 @@ static void sg_reset_info(SG(info) * info) {
     sg_fill(SG_N_R, SG_C(0.0), info->P);
 #if SG_LOCATED
     info->captured = 0;
+    info->t_captured = SG_C(0.0);
     info->n_events = 0;
 #endif
 }

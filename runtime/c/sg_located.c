@@ -256,11 +256,13 @@ static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const 
         w->trial.closed[k] = w->segment.before[k] > SG_K(OPEN);
     }
     info->captured = done > SG_C(0.0) ? 1 : 2;
+    info->t_captured = s->t + done;
     info->iterations = 0;
     status = sg_cover(w, s->t + done, info, par, opt, h - done);
     if (status != SG_K(OK) && done > SG_C(0.0)) {
         w->trial = *s;
         info->captured = 2;
+        info->t_captured = s->t;
         info->n_events = 0;
         info->iterations = 0;
         sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
