@@ -2,6 +2,7 @@
 
 import difflib
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,22 +16,29 @@ from signorini.codegen.frontend.names import HEADERS
 from signorini.codegen.frontend.validate import freeze
 from signorini.codegen.numpy import emit as numpy_target
 from signorini.runtime.compile import cache_folder
+from signorini.runtime.errors import StepError
 from signorini.runtime.library import read_manifest
 from signorini.runtime.stepper import Stepper, load
 from signorini.verify.check import Checker
 from signorini.verify.report import Report
 
+_STAGES = (2, 3, 4, 5)  # that "auto" tries
+_COARSE = 1e-4  # error that two stages are tried with
+_PILOT = 1 << 20  # its runs keep no row but the last
+
 
 def build(
     model: Model,
     *,
-    stages: int = 3,
+    stages: int | str = 3,
     scheme: str = "lobatto",
     velocity_constraints: str | None = None,
     prefix: str | None = None,
     precision: str = "double",
     events: str = "captured",
     derivatives: bool = False,
+    error: float | None = None,
+    t_end: float | None = None,
 ) -> Stepper:
     """Generate, compile and load a stepper of a model.
 
@@ -38,8 +46,10 @@ def build(
     ----------
     model : Model
         The model.
-    stages : int
-        Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2.
+    stages : int or "auto"
+        Number of stages s >= 2 of the scheme; smooth motion has order 2 s - 2. "auto": that of
+        2, 3, 4, 5 with which a run as exact as `error` takes the least operations up to `t_end`,
+        from the start and with the parameters of the model file, inputs being zero.
     scheme : {"lobatto", "moreau", "theta", "theta=0.7"}
         The variational scheme, or Moreau's midpoint rule, for which `stages` means nothing.
     velocity_constraints : {"paper", "full_order"}, optional
@@ -59,6 +69,9 @@ def build(
     derivatives : bool
         Whether steps can be differentiated, see `Stepper.simulate`; they can be cut at their events
         then, too. A stepper that was built without makes it on first use.
+    error, t_end : float
+        What ``stages="auto"`` is to be good at: as for `Stepper.simulate`; by default the time that
+        the model suggests.
 
     Returns
     -------
@@ -73,6 +86,15 @@ def build(
     CompilerError
         If there is no C compiler or it fails.
     """
+    if stages == "auto":
+        return _with_least_work(
+            model, error, t_end, scheme=scheme, velocity_constraints=velocity_constraints,
+            prefix=prefix, precision=precision, derivatives=derivatives,
+        )  # fmt: skip
+    if error is not None or t_end is not None:
+        raise GenerationError(
+            'error and t_end say what stages = "auto" is to be good at; give them to simulate(...)'
+        )
     stepper = build_files(
         _render(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives)
     )
@@ -80,6 +102,45 @@ def build(
     stepper.locating = partial(again, events="located")
     stepper.differentiating = partial(again, derivatives=True)
     return stepper
+
+
+def _with_least_work(
+    model: Model, error: float | None, t_end: float | None, **options: Any
+) -> Stepper:
+    """The stepper that takes the least operations for an error."""
+    if error is None:
+        raise GenerationError(
+            'stages = "auto" needs error: how exact runs are to be, e.g. error=1e-6'
+        )
+    end = model.suggested.get("t_end") if t_end is None else t_end
+    if end is None:
+        raise GenerationError('stages = "auto" needs t_end: the model suggests no time of a run')
+    best: tuple[float, Stepper] | None = None
+    for stages in _STAGES:
+        stepper = build(model, stages=stages, events="located", **options)
+        # two stages would take very many steps: their number follows from a larger error
+        pilot = max(error, _COARSE) if stages == 2 else error
+        cost = stepper.manifest["footprint"]
+        work = cost["values"] + cost["derivatives"]
+        work += 2 * cost["products"]
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a run that misses the wish is none to choose
+                traj = stepper.simulate(t_end=end, error=pilot, every=_PILOT)
+        except StepError:
+            continue
+        taken = work * float(traj.iterations.sum())
+        taken *= (pilot / error) ** (1 / (2 * stages - 2))
+        if not traj.missed and (best is None or taken < best[0]):
+            best = taken, stepper
+        elif best is not None and taken > 4 * best[0]:
+            break  # more stages cost more from here on
+    if best is None:
+        raise GenerationError(
+            f"model '{model.name}': with no number of stages a run up to t_end = {end:g} is as "
+            f"exact as error = {error:g}. Give stages, and a larger error or an earlier end"
+        )
+    return best[1]
 
 
 _build = build  # where an argument has the same name

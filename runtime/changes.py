@@ -419,7 +419,7 @@ class Gradient:
     def _at_steps(self, bar: np.ndarray) -> np.ndarray:
         """Cotangents of every step, from those of the end or of recorded rows."""
         taken = self.taken
-        n, rows, n_q = len(taken), taken.rows, taken.stepper.sizes["n_q"]
+        n, n_q = len(taken), taken.stepper.sizes["n_q"]
         full = np.zeros((n, taken.n_steps + 1, n_q))
         for k in range(n):
             steps = int(taken.steps[k])

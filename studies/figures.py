@@ -10,6 +10,35 @@ from signorini.studies.paper import Study
 COLOURS = {2: "#1b6ca8", 3: "#d1495b", 4: "#2e933c", 5: "#8d5a97", 6: "#e08e0b", 7: "#3d3d3d"}
 
 
+def _tolerances(study: Study, plt: Any) -> Any:
+    fig, ((wish, work, energy),) = _axes(plt, 1, 3, (14, 4.4))
+    for name, c in study.curves.items():
+        if "wish" in c:
+            s = _stages(name)
+            wish.loglog(c["wish"], c["error"], ".-", lw=0.5, ms=4, color=COLOURS[s])
+        elif "evaluations" in c:
+            ours = "s =" in name
+            work.loglog(
+                c["error"], c["evaluations"], "o-" if ours else "s--", ms=3, lw=1,
+                color=COLOURS[_stages(name)] if ours else None, label=name.removeprefix("planet, "),
+            )  # fmt: skip
+        else:
+            colour = COLOURS[3] if "chosen" in name else COLOURS[2]
+            energy.plot(c["t"], c["energy"], color=colour, lw=0.8, label=f"{name[8:]} steps")
+    ends = np.array([1e-10, 1e-3])
+    wish.loglog(ends, ends, "k-", lw=1, label="error = wish")
+    for s in sorted({_stages(n) for n, c in study.curves.items() if "wish" in c}):
+        wish.plot([], [], ".-", color=COLOURS[s], label=f"s = {s}")
+    wish.set_ylim(1e-15, 1e-1)
+    wish.set(xlabel="error asked for", ylabel="error of q at the end", title="Shipped models")
+    work.set(xlabel="error of q", ylabel="evaluations of forces", title="A planet, three periods")
+    energy.set(xlabel="periods", ylabel="relative error of the energy", title="s = 3")
+    energy.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+    for axis in (wish, work, energy):
+        axis.legend(fontsize=8)
+    return fig
+
+
 def draw(study: Study, folder: Path) -> list[Path]:
     """Write a study's figure as PNG and PDF."""
     import matplotlib as mpl
@@ -305,4 +334,5 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "high orders": _high_orders,
     "located orders": _located_orders,
     "located": _located,
+    "tolerances": _tolerances,
 }

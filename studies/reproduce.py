@@ -6,7 +6,15 @@ from pathlib import Path
 
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.runtime.compile import describe_machine
-from signorini.studies import figures, invariants, limits, located, located_orders, paper
+from signorini.studies import (
+    figures,
+    invariants,
+    limits,
+    located,
+    located_orders,
+    paper,
+    tolerances,
+)
 from signorini.studies.claims import Claim, markdown
 from signorini.studies.paper import Progress, Study
 
@@ -16,6 +24,7 @@ STUDIES: dict[str, Callable[..., Study]] = {
     **invariants.STUDIES,
     **located_orders.STUDIES,
     **located.STUDIES,
+    **tolerances.STUDIES,
 }
 NAMES = tuple(name.replace(" ", "_") for name in STUDIES)
 

@@ -10,7 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from signorini.codegen.frontend.errors import GenerationError
-from signorini.studies import figures, invariants, limits, located, located_orders, paper, reproduce
+from signorini.studies import (
+    figures,
+    invariants,
+    limits,
+    located,
+    located_orders,
+    paper,
+    reproduce,
+    tolerances,
+)
 from signorini.studies.claims import Claim, markdown, near
 
 Ink = Callable[[Path], tuple[float, float, float, int]]
@@ -34,10 +43,13 @@ REDUCED = {
         scenes=located_orders.SCENES[:2], stages=(2, 3, 5)
     ),
     "located": lambda: located.located(bounces=1000, frequencies=19),
+    "tolerances": lambda: tolerances.wishes(
+        scenes={"conveyor_oscillator": 10.5}, asked=(1e-4, 1e-6), stages=(3,), steps=1000
+    ),
 }
 
 
-LONG = {"full order", "located orders", "located"}
+LONG = {"full order", "located orders", "located", "tolerances"}
 
 
 @pytest.mark.parametrize(
