@@ -91,6 +91,8 @@ def build(
             model, error, t_end, scheme=scheme, velocity_constraints=velocity_constraints,
             prefix=prefix, precision=precision, derivatives=derivatives,
         )  # fmt: skip
+    if isinstance(stages, str):
+        raise GenerationError(f'stages = {stages!r}: give a number of at least 2, or "auto"')
     if error is not None or t_end is not None:
         raise GenerationError(
             'error and t_end say what stages = "auto" is to be good at; give them to simulate(...)'

@@ -1,4 +1,4 @@
-"""Tolerances: how exact runs are that were asked to be, what it costs, and what it does to energy."""
+"""Tolerances: how exact runs are that were asked to be, what it costs, what energy does."""
 
 from collections.abc import Callable
 from functools import cache

@@ -24,6 +24,7 @@ SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
 FORWARD = "runtime/c/sg_forward.c"
 IMPACT, LOCATED = "runtime/c/sg_impact.c", "runtime/c/sg_located.c"
+ADVANCE = "runtime/c/sg_advance.c"
 STEP, TICK = "runtime/c/sg_cover.c", "runtime/c/sg_step.c"
 SCALE, LINALG = "runtime/c/sg_scale.c", "runtime/c/sg_linalg.c"
 PROX, SIMULATE = "runtime/c/sg_prox.c", "runtime/c/sg_simulate.c"
@@ -218,6 +219,12 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("nobody hears that a step was captured", LOCATED, "info->captured = done > SG_C(0.0) ? 1 : 2;", "info->captured = 0;"),
     Mutant("velocity constraints are without force at a segment's start", "runtime/c/sg_segment.c", "w->given[c] = part * w->segment.force[SG_N_G + c];", "w->given[c] = SG_C(0.0);"),
     Mutant("gaps are looked at at the ends of a segment alone", "runtime/c/sg_events.c", "j <= SG_SAMPLES && near", "j <= SG_SAMPLES && near && 0 * j"),
+    Mutant("the estimate of a step is that of another order", ADVANCE, "sg_gain() - SG_C(1.0)", "sg_gain() * sg_gain()"),
+    Mutant("parts of a step share the segment behind an event", ADVANCE, "c->parts[n] = SG_C(0.5) * (begin + end);\n            ++n;", "c->parts[n] = SG_C(0.5) * (begin + end);"),
+    Mutant("errors of velocities are left out of the estimate", ADVANCE, "const real rates = c->span *", "const real rates = SG_C(0.0) *"),
+    Mutant("estimates do not add up", ADVANCE, "c->estimate += error;", "c->estimate = error;"),
+    Mutant("a step is accepted whatever its error is", ADVANCE, "if (error <= allowed || h <= least)", "if (error <= allowed || h > least)"),
+    Mutant("percussions of the parts of a step are lost", ADVANCE, "sum->P[k] += part->P[k];", "sum->P[k] = part->P[k];"),
     Mutant("percussions of a located impact are lost", IMPACT, "w->segment.P[k] += P[k];", "w->segment.P[k] += SG_C(0.0) * P[k];"),
     Mutant("a segment tests the slip at its IIIB velocities", "codegen/schemes/located.py", 'own = self.aux(j, "gamma_F") if j', 'own = self.at(j, "gamma_F") if j'),
     Mutant("accelerations without the turn of contact directions", "codegen/schemes/located.py", '("g_rate", "gamma_rate", "g_N_rate", "gamma_F_rate")]\n        y = self.h *', '("g_rate", "gamma_rate", "g_N_rate", "gamma_F_rate")]\n        y = 0 * self.h *'),

@@ -96,8 +96,8 @@ class Grid:
     t_end
         End of the run, by default what the model suggests or 2.
     error
-        Wanted error of the coordinates at the end: the sizes of steps follow, --dt is the interval of
-        the rows.
+        Wanted error of the coordinates at the end: the sizes of steps follow from it, and --dt is
+        the interval of the rows.
     set
         Parameters, NAME=VALUE ...
     """

@@ -80,6 +80,7 @@
 #undef SG_PART_AGAIN
 #undef SG_PART_WHOLE
 #undef SG_PLAIN
+#undef SG_POW
 #undef SG_POWER_CHANGE
 #undef SG_POWER_ROUNDS
 #undef SG_RANK
@@ -506,12 +507,16 @@
 #define sg_recall bouncing_ball_own_sg_recall
 #undef sg_record
 #define sg_record bouncing_ball_own_sg_record
+#undef sg_record_step
+#define sg_record_step bouncing_ball_own_sg_record_step
 #undef sg_reduce
 #define sg_reduce bouncing_ball_own_sg_reduce
 #undef sg_reflect
 #define sg_reflect bouncing_ball_own_sg_reflect
 #undef sg_remember
 #define sg_remember bouncing_ball_own_sg_remember
+#undef sg_remember_before
+#define sg_remember_before bouncing_ball_own_sg_remember_before
 #undef sg_reset_guess
 #define sg_reset_guess bouncing_ball_own_sg_reset_guess
 #undef sg_reset_info
@@ -602,5 +607,7 @@
 #define sg_times_axis bouncing_ball_own_sg_times_axis
 #undef sg_try
 #define sg_try bouncing_ball_own_sg_try
+#undef sg_wanted
+#define sg_wanted bouncing_ball_own_sg_wanted
 #undef sg_warm_start
 #define sg_warm_start bouncing_ball_own_sg_warm_start
