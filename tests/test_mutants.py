@@ -67,6 +67,7 @@ CATCHERS = (
         "not coin",
     ),
     ("located events", "tests/test_located.py", ""),
+    ("tolerances", "tests/test_tolerance.py", ""),
     (
         "derivatives",
         "tests/test_derivatives.py tests/test_adjoint.py tests/test_linearise.py "

@@ -315,7 +315,7 @@ def test_scratch_of_the_caller_does_not_matter(stepper: Build) -> None:
     for byte in (0, 0xFF):
         one = Stepping(made, 1.0, 1e-7)
         ctypes.memset(ctypes.byref(one.work), byte, ctypes.sizeof(one.work))
-        for name in ("whole", "halves", "parts", "sum", "before", "n_parts", "iterations"):
+        for name in ("whole", "split", "parts", "sum", "before", "n_parts", "iterations"):
             field = getattr(type(one.control), name)
             at = ctypes.addressof(one.control) + field.offset
             ctypes.memset(at, byte, field.size)

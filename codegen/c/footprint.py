@@ -17,6 +17,8 @@ class Footprint:
     ----------
     state, work, params, options, info : int
         Sizes of the structs where int has 4 bytes and a double is aligned to 8.
+    control : int
+        The same of what a tolerance needs; 0 where step sizes cannot follow from one.
     stack, flash : int
         Upper bounds for `p_simulate` with all that it calls but libm, and for code and constants,
         for gcc at -O2 on x86-64 and Cortex-M4F and M7.
@@ -36,6 +38,7 @@ class Footprint:
     params: int
     options: int
     info: int
+    control: int
     stack: int
     flash: int
     start: int
@@ -76,6 +79,7 @@ def stack_bound(real: int, locals_: int, lines: int, start: int, n_contacts: int
 
 
 LOCATED_FLASH = 20_000  # code of the runtime for steps that are cut at their events
+ADAPTIVE_FLASH = 4096  # of steps whose sizes a tolerance chooses
 
 # As in runtime/c/sg_real.h: problems that such a step may solve, and its iterations in units of the
 # most that a captured one may need; how often a segment is looked at anew; places of a segment,

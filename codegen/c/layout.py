@@ -285,7 +285,7 @@ def structs(
         Field("rejected", "int", (), "attempts that were not good enough"),
         Field("iterations", "int", (), "Newton iterations of the last step with all attempts"),
         Field("whole", "state", (), "scratch: the end of a step taken as a whole"),
-        Field("halves", "state", (), "scratch: the end of a step taken in parts"),
+        Field("split", "state", (), "scratch: the end of a step taken in parts"),
         Field("n_parts", "int", (), "in how many parts the last step was taken"),
         Field("parts", "real", (n.n_events + 2,), "where they end, counted from its start"),
         Field("sum", "info", (), "scratch: what its parts report"),

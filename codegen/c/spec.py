@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from signorini.codegen.c.elimination import Elimination
 from signorini.codegen.c.external import Pattern
 from signorini.codegen.c.footprint import (
+    ADAPTIVE_FLASH,
     DIRECTIONS,
     LOCATED_FLASH,
     Footprint,
@@ -325,6 +326,7 @@ class EmitSpec:
         lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
         return Footprint(
             **{name: sizes[name] for name in ("state", "work", "params", "options", "info")},
+            control=sizes.get("control", 0),
             stack=stack_bound(
                 real,
                 max(len(f.temporaries) + len(f.aliases) for f in written),
@@ -339,7 +341,8 @@ class EmitSpec:
                 sum(e.products for e in unrolled),
             )
             + sum(real * c.numbers for c in self.curves)
-            + (LOCATED_FLASH if self.located else 0),
+            + (LOCATED_FLASH if self.located else 0)
+            + (ADAPTIVE_FLASH if self.adaptive else 0),
             start=start,
             values=sum(count(p.values) for p in self.problems),
             derivatives=sum(count(p.derivatives) for p in self.problems),

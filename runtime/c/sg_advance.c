@@ -157,7 +157,7 @@ static void sg_divide(SG(control) * c, real t, real h, const SG(info) * info) {
     c->n_parts = n + 2;
 }
 
-/* One attempt at a step of size h: its parts end in c->halves, what they report stands in c->sum.
+/* One attempt at a step of size h: its parts end in c->split, what they report stands in c->sum.
  *error is the estimate of their error. */
 static int sg_attempt_parts(const SG(state) * s, SG(work) * w, SG(info) * info,
                             const SG(params) * par, const SG(options) * opt, const real u[], real h,
@@ -167,18 +167,18 @@ static int sg_attempt_parts(const SG(state) * s, SG(work) * w, SG(info) * info,
     c->whole = *s;
     status = SG(step)(&c->whole, w, info, par, opt, u, h);
     c->iterations += info->iterations;
-    c->halves = *s;
+    c->split = *s;
     sg_divide(c, s->t, h, info);
     sg_reset_info(&c->sum);
     for (part = 0; part < c->n_parts && status <= SG_K(OK_SUBSTEPPED); ++part) {
-        status = SG(step)(&c->halves, w, info, par, opt, u, c->parts[part] - done);
+        status = SG(step)(&c->split, w, info, par, opt, u, c->parts[part] - done);
         c->iterations += info->iterations;
         sg_add_info(&c->sum, info);
         done = c->parts[part];
     }
     *error = SG_HUGE;
     if (status <= SG_K(OK_SUBSTEPPED) && sg_has_room(&c->sum)) {
-        const real apart = sg_apart(c, c->whole.q, c->whole.v, c->halves.q, c->halves.v);
+        const real apart = sg_apart(c, c->whole.q, c->whole.v, c->split.q, c->split.v);
         const real gain = sg_is_captured(&c->sum) ? SG_C(1.0) : sg_gain() - SG_C(1.0);
         *error = sg_finite(apart) ? apart / gain : SG_HUGE;
     }
@@ -186,9 +186,9 @@ static int sg_attempt_parts(const SG(state) * s, SG(work) * w, SG(info) * info,
 }
 
 /* Take over an attempt that was good enough, or as small as steps may be. */
-static void sg_keep_halves(SG(state) * s, SG(control) * c, real h, real t_end, int last, real error,
-                           int missed) {
-    *s = c->halves;
+static void sg_keep_parts(SG(state) * s, SG(control) * c, real h, real t_end, int last, real error,
+                          int missed) {
+    *s = c->split;
     if (last) {
         s->t = t_end; /* the sum of two halves, but for rounding */
     }
@@ -235,7 +235,7 @@ int SG(step_within)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(param
             sg_max(SG_MARGIN * sg_root_of_order(allowed / sg_max(error, SG_TINY)), SG_SHRINK),
             SG_GROW);
         if (error <= allowed || h <= least) {
-            sg_keep_halves(s, c, h, t_end, h == left, error, !(error <= allowed));
+            sg_keep_parts(s, c, h, t_end, h == left, error, !(error <= allowed));
             *info = c->sum;
             info->iterations = c->iterations;
             /* a step that was cut to the end says nothing against a larger one */
