@@ -302,6 +302,9 @@ def test_advance_adds_up_what_steps_report(stepper: Build) -> None:
         times += [single.info.events[k].t for k in range(single.info.n_events)]
     assert np.array_equal(whole.end, single.end)
     assert np.allclose(whole.lib.kept(whole.info.P)[: made.sizes["n_R"]], P, rtol=1e-14, atol=0)
+    plain = made.simulate(t_end=2.0, dt=1e-3, events="located")
+    assert P[0] == pytest.approx(plain.P_N.sum(), rel=1e-5)
+    assert P[0] > 1e-3
     assert whole.info.iterations == iterations
     assert [whole.info.events[k].t for k in range(whole.info.n_events)] == times
     assert whole.control.steps == single.control.steps > 5
