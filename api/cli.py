@@ -4,7 +4,7 @@ import sys
 
 from rich.console import Console
 from signorini.codegen.frontend.errors import GenerationError, ModelError
-from signorini.commands import doctor, generate, look, measure, new, run, sweep
+from signorini.commands import doctor, generate, look, measure, new, run, sweep, ways
 from signorini.commands.base import app
 from signorini.runtime.compile import CompilerError
 from signorini.runtime.errors import RunError, StepError
@@ -17,6 +17,7 @@ COMMANDS = (
     look,
     measure,
     sweep,
+    ways,
     doctor,
 )  # modules: importing them registers what they have
 

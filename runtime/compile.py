@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -173,6 +173,23 @@ def compile_plain(source: Path, flags: tuple[str, ...] = ()) -> Path:
     text = source.read_bytes()
     files = {source.name: text}
     return _shared(source.stem, files, (text,), FLAGS, flags, ((source.name, "-O2"),), False)
+
+
+def compile_shared(name: str, files: dict[str, bytes], sources: Sequence[str]) -> Path:
+    """Compile some of the files, which include one another, into a library of hidden names.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    CompilerError
+        If there is no compiler, or with its messages if it fails.
+    """
+    flags = ("-I.", "-fvisibility=hidden")
+    compiled = tuple((source, "-O2") for source in sources)
+    return _shared(name, files, tuple(files.values()), FLAGS, flags, compiled, False)
 
 
 def _shared(

@@ -1,0 +1,56 @@
+"""Ways out: a model as a unit for other programs."""
+
+from pathlib import Path
+from typing import Literal
+
+from rich.console import Console
+from signorini.commands.base import Grid, Switch, Whole, app
+from signorini.runtime.errors import RunError
+
+
+@app.command
+def fmu(
+    model: str,
+    *,
+    out: Path | None = None,
+    fmi: Literal["2", "3"] = "3",
+    stages: Whole = 3,
+    grid: Grid | None = None,
+    sources_only: Switch = False,
+) -> None:
+    """Write MODEL as a functional mock-up unit for co-simulation.
+
+    The unit has the parameters, coordinates, velocities, inputs and outputs of the model, and gaps,
+    mean forces and states of its contacts. Impacts are located within its steps.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    out
+        File to write, by default ./<model>.fmu.
+    fmi
+        Version of the standard.
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    sources_only
+        Leave the binary out.
+    """
+    from signorini.fmu import write_fmu
+    from signorini.locate import find_model
+    from signorini.workflow import build
+
+    grid = grid or Grid()
+    if grid.set or grid.error is not None:
+        raise RunError("a unit has its parameters and its error set by the program that runs it")
+    chosen = find_model(model)
+    path = Path(f"{chosen.name}.fmu") if out is None else out
+    suggested = grid.over(chosen.suggested)
+    console = Console()
+    with console.status(f"generating and compiling {model}"):
+        stepper = build(chosen, stages=stages, events="located")
+        write_fmu(
+            stepper, path, fmi=int(fmi), dt=suggested["dt"], t_end=suggested["t_end"],
+            binary=not sources_only,
+        )  # fmt: skip
+    console.print(f"unit: {path}", markup=False, highlight=False, soft_wrap=True)
