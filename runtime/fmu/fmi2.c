@@ -239,17 +239,7 @@ FMU_EXPORT fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr
 }
 
 FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *kept) {
-    if (c == NULL || kept == NULL) {
-        return fmi2Error;
-    }
-    if (*kept == NULL) {
-        *kept = malloc(sizeof(fmu_values));
-    }
-    if (*kept == NULL) {
-        return fmi2Error;
-    }
-    memcpy(*kept, values_of(c), sizeof(fmu_values));
-    return fmi2OK;
+    return c != NULL && kept != NULL && fmu_keep(values_of(c), kept) ? fmi2OK : fmi2Error;
 }
 
 FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate kept) {
@@ -279,27 +269,18 @@ FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate k
 
 FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate kept, fmi2Byte bytes[],
                                             size_t size) {
-    if (c == NULL || kept == NULL || bytes == NULL || size < fmu_bytes()) {
-        return fmi2Error;
-    }
-    fmu_pack(kept, bytes);
-    return fmi2OK;
+    const int given = c != NULL && kept != NULL && bytes != NULL;
+    return given && fmu_pack(kept, bytes, size) ? fmi2OK : fmi2Error;
 }
 
 FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size,
                                               fmi2FMUstate *kept) {
-    fmu_values *values;
     if (c == NULL || kept == NULL || bytes == NULL) {
         return fmi2Error;
     }
-    values = malloc(sizeof *values);
-    if (values == NULL || !fmu_unpack(values, bytes, size)) {
-        free(values);
-        return tell(c, fmi2Error, "fmi2DeSerializeFMUstate: no state of this unit");
-    }
-    free(*kept);
-    *kept = values;
-    return fmi2OK;
+    return fmu_unpack(bytes, size, kept)
+               ? fmi2OK
+               : tell(c, fmi2Error, "fmi2DeSerializeFMUstate: no state of this unit, or no memory");
 }
 
 FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference of[],

@@ -208,17 +208,7 @@ FMU_EXPORT fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReferen
 }
 
 FMU_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *kept) {
-    if (c == NULL || kept == NULL) {
-        return fmi3Error;
-    }
-    if (*kept == NULL) {
-        *kept = malloc(sizeof(fmu_values));
-    }
-    if (*kept == NULL) {
-        return fmi3Error;
-    }
-    memcpy(*kept, values_of(c), sizeof(fmu_values));
-    return fmi3OK;
+    return c != NULL && kept != NULL && fmu_keep(values_of(c), kept) ? fmi3OK : fmi3Error;
 }
 
 FMU_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState kept) {
@@ -248,27 +238,18 @@ FMU_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState ke
 
 FMU_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState kept, fmi3Byte bytes[],
                                             size_t size) {
-    if (c == NULL || kept == NULL || bytes == NULL || size < fmu_bytes()) {
-        return fmi3Error;
-    }
-    fmu_pack(kept, (char *)bytes);
-    return fmi3OK;
+    const int given = c != NULL && kept != NULL && bytes != NULL;
+    return given && fmu_pack(kept, (char *)bytes, size) ? fmi3OK : fmi3Error;
 }
 
 FMU_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
                                               fmi3FMUState *kept) {
-    fmu_values *values;
     if (c == NULL || kept == NULL || bytes == NULL) {
         return fmi3Error;
     }
-    values = malloc(sizeof *values);
-    if (values == NULL || !fmu_unpack(values, (const char *)bytes, size)) {
-        free(values);
-        return tell(c, fmi3Error, "fmi3DeserializeFMUState: no state of this unit");
-    }
-    free(*kept);
-    *kept = values;
-    return fmi3OK;
+    return fmu_unpack((const char *)bytes, size, kept)
+               ? fmi3OK
+               : tell(c, fmi3Error, "fmi3DeserializeFMUState: no state of this unit, or no memory");
 }
 
 FMU_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 t, fmi3Float64 h,
@@ -297,145 +278,31 @@ static fmi3Status nothing(fmi3Instance c, size_t n) {
     return c != NULL && n == 0 ? fmi3OK : fmi3Error;
 }
 
-FMU_EXPORT fmi3Status fmi3GetFloat32(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                     fmi3Float32 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
+/* Both functions of a type of which there are no variables. */
+#define FMU_NO_VARIABLES(type)                                                                   \
+    FMU_EXPORT fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, \
+                                        fmi3##type values[], size_t n_values) {                  \
+        (void)vr;                                                                                \
+        (void)values;                                                                            \
+        return nothing(c, n + n_values);                                                         \
+    }                                                                                            \
+    FMU_EXPORT fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, \
+                                        const fmi3##type values[], size_t n_values) {            \
+        (void)vr;                                                                                \
+        (void)values;                                                                            \
+        return nothing(c, n + n_values);                                                         \
+    }
 
-FMU_EXPORT fmi3Status fmi3SetFloat32(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                     const fmi3Float32 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetInt8(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                  fmi3Int8 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetInt8(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                  const fmi3Int8 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetUInt8(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   fmi3UInt8 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetUInt8(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   const fmi3UInt8 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetInt16(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   fmi3Int16 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetInt16(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   const fmi3Int16 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetUInt16(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    fmi3UInt16 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetUInt16(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    const fmi3UInt16 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetUInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    fmi3UInt32 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetUInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    const fmi3UInt32 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   fmi3Int64 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                   const fmi3Int64 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetUInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    fmi3UInt64 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetUInt64(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    const fmi3UInt64 values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                     fmi3Boolean values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                     const fmi3Boolean values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    fmi3String values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
-
-FMU_EXPORT fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
-                                    const fmi3String values[], size_t n_values) {
-    (void)vr;
-    (void)values;
-    return nothing(c, n + n_values);
-}
+FMU_NO_VARIABLES(Float32)
+FMU_NO_VARIABLES(Int8)
+FMU_NO_VARIABLES(UInt8)
+FMU_NO_VARIABLES(Int16)
+FMU_NO_VARIABLES(UInt16)
+FMU_NO_VARIABLES(UInt32)
+FMU_NO_VARIABLES(Int64)
+FMU_NO_VARIABLES(UInt64)
+FMU_NO_VARIABLES(Boolean)
+FMU_NO_VARIABLES(String)
 
 FMU_EXPORT fmi3Status fmi3SetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
                                    const fmi3Int32 values[], size_t n_values) {

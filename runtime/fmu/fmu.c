@@ -36,24 +36,42 @@ static unsigned hash_of(const char bytes[], size_t size) {
 
 size_t fmu_bytes(void) { return sizeof(fmu_values) + sizeof(unsigned); }
 
-void fmu_pack(const fmu_values *values, char bytes[]) {
-    unsigned hash;
-    memcpy(bytes, values, sizeof *values);
-    hash = hash_of(bytes, sizeof *values);
-    memcpy(bytes + sizeof *values, &hash, sizeof hash);
+int fmu_keep(const fmu_values *now, void **kept) {
+    if (*kept == NULL) {
+        *kept = malloc(sizeof *now);
+    }
+    if (*kept != NULL) {
+        memcpy(*kept, now, sizeof *now);
+    }
+    return *kept != NULL;
 }
 
-int fmu_unpack(fmu_values *values, const char bytes[], size_t size) {
+int fmu_pack(const void *kept, char bytes[], size_t size) {
+    const unsigned hash = hash_of(kept, sizeof(fmu_values));
+    if (size < fmu_bytes()) {
+        return 0;
+    }
+    memcpy(bytes, kept, sizeof(fmu_values));
+    memcpy(bytes + sizeof(fmu_values), &hash, sizeof hash);
+    return 1;
+}
+
+int fmu_unpack(const char bytes[], size_t size, void **kept) {
     unsigned hash;
     if (size != fmu_bytes()) {
         return 0;
     }
-    memcpy(&hash, bytes + sizeof *values, sizeof hash);
-    if (hash != hash_of(bytes, sizeof *values)) {
+    memcpy(&hash, bytes + sizeof(fmu_values), sizeof hash);
+    if (hash != hash_of(bytes, sizeof(fmu_values))) {
         return 0;
     }
-    memcpy(values, bytes, sizeof *values);
-    return 1;
+    if (*kept == NULL) {
+        *kept = malloc(sizeof(fmu_values));
+    }
+    if (*kept != NULL) {
+        memcpy(*kept, bytes, sizeof(fmu_values));
+    }
+    return *kept != NULL;
 }
 
 /* 1 if a number is one of `count` from `first` on. */

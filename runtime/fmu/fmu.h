@@ -50,10 +50,12 @@ int fmu_get_real(fmu_instance *unit, unsigned number, double *value);
 int fmu_get_integer(const fmu_instance *unit, unsigned number, int *value);
 int fmu_set_real(fmu_instance *unit, unsigned number, double value);
 
-/* A state as bytes, and back: 0 if they are not such bytes. */
+/* States that the importer keeps, as bytes, and back; 0 if that cannot be: no memory, no such
+ * bytes. */
+int fmu_keep(const fmu_values *now, void **kept);
 size_t fmu_bytes(void);
-void fmu_pack(const fmu_values *values, char bytes[]);
-int fmu_unpack(fmu_values *values, const char bytes[], size_t size);
+int fmu_pack(const void *kept, char bytes[], size_t size);
+int fmu_unpack(const char bytes[], size_t size, void **kept);
 
 fmu_instance *fmu_new(void);
 void fmu_reset(fmu_instance *unit);
