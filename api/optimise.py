@@ -69,7 +69,7 @@ class _Steps:
     ) -> None:
         n = stepper.sizes
         self.stepper, self.given, self.steps = stepper, given, steps
-        self.options = RunOptions(events="located", **options)
+        self.options = RunOptions.of({"events": "located", **options})
         self.arguments = tuple(_IN)[: 6 if given is None else 4]
         self.sizes = dict(zip(_IN, (n["n_q"], n["n_q"], n["n_u"], n["n_par"], 1, 1), strict=True))
         self.names = list(stepper.parameters)

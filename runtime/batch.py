@@ -135,7 +135,7 @@ class Batch:
         """Events of run k, found by running it again: it is the same to the last bit."""
         steps = int(self.steps[k])
         u = self.u[k if len(self.u) > 1 else 0][:steps]
-        options = RunOptions.of(self.options)
+        options = RunOptions.of(self.options, chosen=True)
         start = float(self.t[k, 0]), self.q[k, 0].copy(), self.v[k, 0].copy()
         run: Run
         if options.error is None:

@@ -32,7 +32,7 @@ class _Walker:
 
     def __init__(self, traj: Any) -> None:
         self.traj = traj
-        options = RunOptions.of(traj.options)
+        options = RunOptions.of(traj.options, chosen=True)
         self.stepper = stepper = traj.stepper.fitting(options)
         self.lib = stepper.library
         self.params = stepper.c_params(traj.parameters)

@@ -2,12 +2,14 @@
 
 import ctypes
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.options import RunOptions
+from signorini.runtime.replay import FailedStep
 from signorini.runtime.run import Run
 from signorini.runtime.tolerance import control_of
 from signorini.runtime.trajectory import Trajectory
@@ -107,6 +109,13 @@ class ChosenRun(Run):
             if intervals % self.every == 0 or intervals == self.n_steps:
                 ends.append(len(sizes))
         return np.array(sizes), np.array(ends), np.array(held).reshape(len(sizes), u.shape[1])
+
+    def failed(self, status: str, u: Any) -> FailedStep:
+        """The step that was not solved, of the size that was tried last."""
+        step = super().failed(status, u)
+        size = float(self.control.h) or float(self.control.span)
+        options = {k: x for k, x in step.options.items() if k not in ("error", "scale")}
+        return replace(step, h=size, options=options)
 
     def progress(self, done: int) -> tuple[int, int]:
         """Thousandths of the time."""

@@ -37,7 +37,7 @@ class StepMap:
         self.stepper, self.steps = stepper, int(steps)
         self.sizes = (n["n_q"], n["n_q"], n["n_u"], n["n_par"])
         self.columns = sum(self.sizes)
-        self._options = stepper.c_options(RunOptions(events="located", **options))
+        self._options = stepper.c_options(RunOptions.of({"events": "located", **options}))
         self._map = lib.map_struct()
         self._map.steps, self._map.t0, self._map.h = int(steps), number("t0", t0), h
         self._map.n_q, self._map.n_u, self._map.n_par = n["n_q"], n["n_u"], n["n_par"]

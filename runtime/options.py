@@ -74,12 +74,17 @@ class RunOptions:
                 raise RunError(f"{name} = {value!r}: give an integer from {low} to {top}")
 
     @classmethod
-    def of(cls, options: dict[str, Any]) -> "RunOptions":
-        """Options by name; `RunError` for a name that is none."""
+    def of(cls, options: dict[str, Any], *, chosen: bool = False) -> "RunOptions":
+        """Options by name; `RunError` for a name that is none, or for `error` unless `chosen`."""
         known = [field.name for field in fields(cls)]
         for name in options:
             if name not in known:
                 raise RunError(f"there is no option '{name}'; there are: {', '.join(known)}")
+        if not chosen and (options.get("error") is not None or options.get("scale") is not None):
+            raise RunError(
+                "error and scale choose the sizes of steps in simulate and simulate_batch; a step "
+                "taken here has the size that is given: leave them out"
+            )
         return cls(**options)
 
     def given(self) -> dict[str, Any]:

@@ -158,7 +158,7 @@ class Run:
                 f"model '{self.stepper.name}' cannot start at t = {t:g}: NONFINITE, {cause}",
                 "NONFINITE",
                 self.trajectory(0, u.reshape(1, -1), begin),
-                self._failed("NONFINITE", u),
+                self.failed("NONFINITE", u),
             )
 
     def go(
@@ -229,10 +229,10 @@ class Run:
             "attribute 'trajectory'",
             name,
             trajectory,
-            self._failed(name, u),
+            self.failed(name, u),
         )
 
-    def _failed(self, status: str, u: Any) -> FailedStep:
+    def failed(self, status: str, u: Any) -> FailedStep:
         m = self.stepper.manifest
         return FailedStep(
             **{key: m[key] for key in ("model", "model_hash", "scheme", "precision", "stages")},

@@ -577,7 +577,7 @@ class Stepper(Compiled):
         else:
             first = float(np.ravel(reals("t0", t0))[0])
         h, n_steps = grid(first, number("t_end", t_end), number("dt", dt))
-        chosen = RunOptions.of({"max_halvings": max_halvings, **options})
+        chosen = RunOptions.of({"max_halvings": max_halvings, **options}, chosen=True)
         wanted = check_derivatives(self, derivatives, of, chosen, callable(inputs))
         if chosen.error is not None:
             check_chosen("", False, wanted, False)

@@ -242,6 +242,24 @@ def test_what_cannot_be_had_is_said() -> None:
     assert traj.estimate[-1] > 1e-9
 
 
+@pytest.mark.thorough
+def test_a_step_that_cannot_be_solved_is_kept() -> None:
+    """A force that ends at x = 1: the step replays at the size that was tried last."""
+    m = sg.Model("edge")
+    (x,) = m.coordinates("x", units="m")
+    m.lagrangian = m.velocities[0] ** 2 / 2
+    m.force([sp.log(1 - x)])
+    m.initial_state(q=[0.0], v=[2.0])
+    made = sg.build(m, stages=2)
+    with pytest.raises(sg.StepError) as caught:
+        made.simulate(t_end=1.0, error=1e-6)
+    step = caught.value.step
+    assert step.status == "NONFINITE"
+    assert "error" not in step.options
+    assert 0 < step.h <= 2.0**-19
+    assert 1e-2 > 1 - caught.value.trajectory.q[-1, 0] > 0
+
+
 def test_refusals(stepper: Build) -> None:
     made = stepper(cart, 3)
     for arguments, words in (
@@ -259,6 +277,13 @@ def test_refusals(stepper: Build) -> None:
             made.simulate(**{"t_end": 1.0, **arguments})
     with pytest.raises(RunError, match="one by one"):
         made.simulate_batch(t_end=1.0, dt=0.1, error=1e-6, derivatives="forward")
+    for other in (
+        lambda: made.start(dt=0.1, error=1e-6),
+        lambda: made.step(0.0, [0.5], [0.0], 0.1, error=1e-6),
+        lambda: made.problem("position", [0.0] * 4, [], 0.1, error=1e-6),
+    ):
+        with pytest.raises(RunError, match="leave them out"):
+            other()
     with pytest.raises(RunError, match="scheme lobatto"):
         stepper(slope.model, 2, scheme="moreau").simulate(t_end=1.0, error=1e-6)
     for arguments in ({"stages": "auto"}, {"error": 1e-3}, {"t_end": 1.0}):
