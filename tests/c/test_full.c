@@ -12,6 +12,8 @@ static f_options opt;
 static f_state state;
 static f_info info;
 
+#include "test_advance.h"
+
 static int accepted(void) {
     int problem;
     f_finish(&work);
@@ -88,6 +90,7 @@ int main(void) {
     state.v[0] = 1e200;
     ENSURE(f_step(&state, &work, &info, &par, &opt, NULL, 0.02) > F_OK_SUBSTEPPED);
     ENSURE(state.t == t && state.v[0] == 1e200);
+    test_advance(t, q, v);
     printf("%d failed\n", failures);
     return failures != 0;
 }
