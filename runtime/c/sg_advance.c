@@ -28,7 +28,10 @@ static int sg_is_control(const SG(control) * c) {
 }
 
 /* 2^(2s - 2). */
-static real sg_gain(void) { return (real)(1L << (2 * SG_N_STAGES - 2)); }
+static real sg_gain(void) {
+    const long gain = 1L << (2 * SG_N_STAGES - 2);
+    return (real)gain;
+}
 
 /* The larger of what q is apart by, in units of its scale, and of what v makes of it in the span.
  */
@@ -64,7 +67,8 @@ static real sg_next_step(const SG(control) * c, real left) {
 
 /* base^(1 / p), p = 2s - 2. */
 static real sg_root_of_order(real base) {
-    return SG_POW(base, SG_C(1.0) / (real)(2 * SG_N_STAGES - 2));
+    const int order = 2 * SG_N_STAGES - 2;
+    return SG_POW(base, SG_C(1.0) / (real)order);
 }
 
 /* Add what a part of a step reports to what the parts before it did. */
