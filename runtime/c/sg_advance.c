@@ -29,8 +29,12 @@ static int sg_is_control(const SG(control) * c) {
 
 /* 2^(2s - 2). */
 static real sg_gain(void) {
-    const long gain = 1L << (2 * SG_N_STAGES - 2);
-    return (real)gain;
+    real gain = SG_C(1.0);
+    int k;
+    for (k = 0; k < 2 * SG_N_STAGES - 2; ++k) {
+        gain *= SG_C(2.0);
+    }
+    return gain;
 }
 
 /* The larger of what q is apart by, in units of its scale, and of what v makes of it in the span.
