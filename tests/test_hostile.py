@@ -231,7 +231,7 @@ def test_compilers_and_contraction(
         for done in range(0, 195, 8):
             if run._chunk(np.zeros((200, 0)), done, 8)[1] < 8 or compared + ties >= 500:
                 break
-            step = run._failed("OK", [])
+            step = run.failed("OK", [])
             ends = [take_again(each, step) for each in steppers]
             assert all(end["status"].startswith("OK") for end in ends)
             speed = max(1.0, float(np.abs(ends[0]["v"]).max()))
@@ -311,7 +311,7 @@ def test_a_foreign_state_is_refused(stepper: Build) -> None:
     """A step of another model does not reach the C code."""
     compiled, other = stepper(box.model, 2), stepper(v_groove.model, 2)
     run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 1, 1, False)
-    step = run._failed("OK", [])
+    step = run.failed("OK", [])
     assert isinstance(step, FailedStep)
     with pytest.raises(sg.RunError, match="build the stepper"):
         take_again(other, step)
@@ -362,7 +362,7 @@ def test_any_damage_to_a_run_file(data: st.DataObject, stepper: Build, run_file:
 def test_any_damage_to_a_replay_file(data: st.DataObject, stepper: Build, run_file: Path) -> None:
     compiled = stepper(box.model, 2)
     run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 1, 1, False)
-    path = run._failed("OK", []).save(run_file.with_name("step.json"))
+    path = run.failed("OK", []).save(run_file.with_name("step.json"))
     text = path.read_text()
     at = data.draw(st.integers(0, len(text) - 1))
     new = data.draw(st.text(alphabet='0123456789.-+e,[]{}:" nulltrefasNI', max_size=6))

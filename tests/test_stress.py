@@ -287,7 +287,7 @@ def pretended(
     """A step as if it had failed."""
     par = stepper.check_parameters(about)
     run = Run(stepper, par, WHOLE, t, np.asarray(q, float), np.asarray(v, float), 1e-2, 1, 1, False)
-    return run._failed("NOT_CONVERGED", [])
+    return run.failed("NOT_CONVERGED", [])
 
 
 def test_nothing_that_can_be_solved_is_called_unsolvable(stepper: Build) -> None:
@@ -374,7 +374,7 @@ def test_replay_repeats_a_step_to_the_last_bit(stepper: Build, tmp_path: Path) -
     compiled = stepper(box.model, 3)
     run = Run(compiled, compiled.parameters, WHOLE, *compiled.initial_state(), 1e-2, 60, 1, False)
     run._chunk(np.zeros((60, 0)), 0, 40)
-    path = run._failed("NOT_CONVERGED", []).save(tmp_path / "step.json")
+    path = run.failed("NOT_CONVERGED", []).save(tmp_path / "step.json")
     run._chunk(np.zeros((60, 0)), 40, 1)
     there = take_again(compiled, FailedStep.load(path))
     assert there["q"] == list(run.state.q) and there["v"] == list(run.state.v)
