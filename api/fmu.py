@@ -20,8 +20,8 @@ from signorini.runtime.stepper import Stepper
 from signorini.version import __version__
 
 VERSIONS = (2, 3)
-_FUNCTIONS = {2: "fmi2.c", 3: "fmi3.c"}
 _SHARED = ("fmu.h", "fmu.c")
+_FUNCTIONS = {2: ("fmi2.c",), 3: ("fmi3.h", "fmi3.c", "fmi3_absent.c")}
 _ENDINGS = {"linux": ".so", "darwin": ".dylib", "win32": ".dll"}
 # A time stamp for every file, so that equal units are equal bytes.
 _TIME = (1980, 1, 1, 0, 0, 0)
@@ -213,7 +213,7 @@ def write_fmu(
         upper=m["prefix"].upper(), places=places,
     )  # fmt: skip
     own = resources.files("signorini.runtime") / "fmu"
-    sources = {name: (own / name).read_bytes() for name in (*_SHARED, _FUNCTIONS[fmi])}
+    sources = {name: (own / name).read_bytes() for name in (*_SHARED, *_FUNCTIONS[fmi])}
     sources["fmu_model.h"] = heading.encode()
     for ending in (".c", ".h", "_model.c"):
         name = f"{m['prefix']}{ending}"
