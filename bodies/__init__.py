@@ -14,6 +14,7 @@ from signorini.bodies.from_sympy import (
     from_system,
 )
 from signorini.bodies.planar import Planar
+from signorini.bodies.ropes import Pulley
 from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
 from signorini.bodies.spatial import Spatial
 
@@ -24,6 +25,7 @@ __all__ = [
     "Planar",
     "Plane",
     "Point",
+    "Pulley",
     "Round",
     "Spatial",
     "Surface",

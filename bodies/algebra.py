@@ -17,6 +17,7 @@ class Algebra(Protocol):
 
     def sin(self, x: Any) -> Any: ...
     def cos(self, x: Any) -> Any: ...
+    def acos(self, x: Any) -> Any: ...
     def sqrt(self, x: Any) -> Any: ...
     def minimum(self, a: Any, b: Any) -> Any: ...
     def maximum(self, a: Any, b: Any) -> Any: ...
@@ -36,6 +37,9 @@ class _SymPy:
 
     def cos(self, x: Any) -> Any:
         return sp.cos(x)
+
+    def acos(self, x: Any) -> Any:
+        return sp.acos(x)
 
     def sqrt(self, x: Any) -> Any:
         return sp.sqrt(x)
@@ -67,6 +71,9 @@ class _CasADi:
 
     def cos(self, x: Any) -> Any:
         return ca.cos(x)
+
+    def acos(self, x: Any) -> Any:
+        return ca.acos(x)
 
     def sqrt(self, x: Any) -> Any:
         return ca.sqrt(x)

@@ -1,13 +1,24 @@
 """What plane and space share: forces, springs, contacts between things."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
 from signorini.bodies.frames import Frame, Point
 from signorini.bodies.given import positive, unit
 from signorini.bodies.looks import Looks
-from signorini.bodies.shapes import Ellipsoid, Plane, Round, Surface, Touch, tangents, touch
+from signorini.bodies.ropes import Pulley, way
+from signorini.bodies.shapes import (
+    Ellipsoid,
+    Plane,
+    Round,
+    Surface,
+    Touch,
+    frame_of,
+    tangents,
+    touch,
+)
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
 
@@ -202,6 +213,8 @@ class Scene:
         e_F: Any = 0,
         guard: Any = None,
         friction: bool = True,
+        rolling: Any = None,
+        drilling: Any = None,
     ) -> None:
         """Contact between two things.
 
@@ -214,6 +227,16 @@ class Scene:
             As in `Model.contact`.
         friction : bool
             False leaves out the slip velocity.
+        rolling, drilling : number or expression of parameters, optional
+            Radii [m] of the resistance to rolling, and in space to spinning on the spot: the
+            contact carries a torque of up to that radius times its normal force, against the
+            relative angular velocity along the tangents or along the normal. See
+            `Model.contact`.
+
+        Raises
+        ------
+        ModelError
+            For things between which there is no rule, or drilling in the plane.
         """
         kinematics = self._touch(f"contact '{name}'", one, other)
         gamma_F = None
@@ -225,8 +248,27 @@ class Scene:
             guard = (
                 kinematics.guard if guard is None else self.algebra.minimum(kinematics.guard, guard)
             )
+        laws: dict[str, Any] = {}
+        if rolling is not None or drilling is not None:
+            if drilling is not None and self.dimension == 2:
+                raise ModelError(
+                    self.model.name,
+                    f"drilling of contact '{name}'",
+                    "is given in the plane, where nothing spins about the normal",
+                    "Leave it out; rolling is resistance to the rotation in the plane",
+                )
+            spin = subtract(frame_of(one).spin, frame_of(other).spin)
+            if rolling is not None:
+                along = (
+                    spin
+                    if self.dimension == 2
+                    else [dot(t, spin) for t in tangents(self.algebra, kinematics.normal)]
+                )
+                laws["rolling"] = (rolling, list(along))
+            if drilling is not None:
+                laws["drilling"] = (drilling, dot(kinematics.normal, spin))
         self.model.contact(
-            name, g_N=kinematics.gap, gamma_F=gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard
+            name, g_N=kinematics.gap, gamma_F=gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard, **laws
         )
 
     def rolling(self, name: str, one: Round | Ellipsoid, other: Plane | Round) -> None:
@@ -272,6 +314,81 @@ class Scene:
         """Two points stay together: a revolute joint in the plane, a spherical one in space."""
         self.looks.joint(one, other)
         self.model.constraint(name, subtract(one.position, other.position))
+
+    def pin(self, name: str, point: Point, at: Sequence[Any]) -> None:
+        """A point of a body stays at a place of the fixed frame: a fixed pivot.
+
+        Parameters
+        ----------
+        point : Point
+            Of the body.
+        at : sequence of expressions
+            Where it stays [m].
+
+        Raises
+        ------
+        ModelError
+            For another number of components.
+        """
+        self.coincide(name, point, self.ground.point(*self.vector(f"pin '{name}'", at)))
+
+    def rope(
+        self,
+        name: str,
+        path: Sequence[Point | Pulley],
+        length: Any,
+        *,
+        e_N: Any = 0,
+        taut: bool = False,
+    ) -> None:
+        """A rope without mass or friction, through points and around pulleys.
+
+        It pulls and cannot push: a contact whose gap is what the rope has to spare,
+        ``length - way >= 0``. Its impulse is the tension's, ``traj["name.force_N"]`` the tension.
+
+        Parameters
+        ----------
+        name : str
+            Name of the contact.
+        path : sequence of Point or Pulley
+            From one end to the other. At a point in between the rope slides through.
+        length : expression of t and parameters
+            [m]
+        e_N : number or expression of parameters
+            Restitution when the rope becomes taut.
+        taut : bool
+            The rope never slackens: a constraint instead, which would also push.
+
+        Raises
+        ------
+        ModelError
+            For fewer than two things, or others than points and pulleys.
+        """
+        what = f"rope '{name}'"
+        if len(path) < 2 or not all(isinstance(thing, (Point, Pulley)) for thing in path):
+            raise ModelError(
+                self.model.name,
+                what,
+                f"its path is {list(path)!r}",
+                "Give two or more of frame.point(...) and Pulley(point, radius, over)",
+            )
+        there: list[Point | Pulley] = []
+        for thing in path:
+            if isinstance(thing, Pulley):
+                positive(self.model, f"radius of a pulley of {what}", thing.radius)
+                direction = f"direction `over` of a pulley of {what}"
+                over = unit(self.model, direction, self.vector(direction, thing.over))
+                there.append(replace(thing, over=over))
+                self.model.shape([thing.center.position], radius=thing.radius)
+            else:
+                there.append(thing)
+        total, corners = way(self.algebra, there)
+        if taut:
+            self.model.constraint(name, length - total)
+        else:
+            self.model.contact(name, g_N=length - total, e_N=e_N)
+        for k in range(0, len(corners), 2):
+            self.model.shape(corners[k : k + 2])
 
     # --- frames whose motion is given ------------------------------------------------------------
 

@@ -76,6 +76,18 @@ class Touch:
     guard: Any = None
 
 
+def frame_of(thing: Any) -> Frame:
+    """The frame that a thing is fixed to."""
+    if isinstance(thing, Round):
+        return thing.center.frame
+    if isinstance(thing, Plane):
+        return thing.point.frame
+    if isinstance(thing, Edge):
+        return thing.start.frame
+    frame: Frame = thing.frame
+    return frame
+
+
 def touch(algebra: Algebra, one: Any, other: Any) -> Touch | None:
     """Kinematics of a pair, or None if there is no rule for it."""
     if isinstance(other, Plane):

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from signorini.bodies.algebra import Matrix, Vector, dot, subtract
+import numpy as np
+from signorini.bodies.algebra import Matrix, Vector, apply, dot, number, subtract
 from signorini.bodies.frames import Frame, Point, turned_in_space
 from signorini.bodies.given import positive, unit
 from signorini.bodies.scene import Scene
@@ -23,7 +24,8 @@ class Spatial(Scene):
 
     def __init__(self, model: Any, gravity: Sequence[Any] | None = None) -> None:
         super().__init__(model, gravity)
-        self._quaternions: dict[str, tuple[list[str], Vector]] = {}
+        self._quaternions: dict[str, list[str]] = {}
+        self._inertias: dict[Frame, Matrix] = {}
 
     def body(
         self,
@@ -34,7 +36,7 @@ class Spatial(Scene):
         coordinates: str | None = None,
         frame: Frame | None = None,
     ) -> Frame:
-        """A rigid body whose centre of mass is the frame's origin, its axes principal.
+        """A rigid body whose centre of mass is the frame's origin.
 
         Parameters
         ----------
@@ -42,8 +44,9 @@ class Spatial(Scene):
             Coordinates are ``name_x name_y name_z name_p0 ... name_p3``.
         mass : expression
             [kg]
-        inertia : three expressions
-            Principal moments about the axes of the body [kg m^2].
+        inertia : three expressions, or three rows of three
+            Principal moments about the axes of the body, or the symmetric tensor in components
+            of the body [kg m^2]: with the products of inertia as the entries -∫ x y dm.
         coordinates : str, optional
             Other names for the seven coordinates.
         frame : Frame, optional
@@ -57,16 +60,17 @@ class Spatial(Scene):
         Raises
         ------
         ModelError
-            For a mass or moment that is no positive number, or other than seven names.
+            For a mass or moment that is no positive number, a tensor that is not symmetric or that
+            no body has, or other than seven names.
         """
-        J = self.vector(f"inertia of body '{name}'", inertia)
+        what = f"inertia of body '{name}'"
+        J = self._tensor(what, inertia)
         positive(self.model, f"mass of body '{name}'", mass)
-        for moment in J:
-            positive(self.model, f"inertia of body '{name}'", moment)
         if frame is not None:
             T = mass * dot(frame.velocity, frame.velocity) / 2
             omega = frame.components(frame.spin)
-            T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
+            T = T + _quadratic(J, omega) / 2
+            self._inertias[frame] = J
             self.add_energy(T, -mass * dot(self.gravity, frame.origin))
             self.looks.body(frame)
             return frame
@@ -82,19 +86,69 @@ class Spatial(Scene):
         v = self.model.velocities[-7:]
         r, p = q[:3], q[3:]
         r_dot, p_dot = v[:3], v[3:]
-        self._quaternions[name] = (self.model.coordinate_names[-4:], J)
+        self._quaternions[name] = self.model.coordinate_names[-4:]
         # Angular velocity in the body's frame: omega = 2 H(p) p_dot.
         omega = tuple(2 * dot(row, p_dot) for row in _H(p))
         self.model.constraint(f"{name}_unit", dot(p, p) - 1)
         T = mass * dot(r_dot, r_dot) / 2
-        T = T + dot(omega, [a * b for a, b in zip(J, omega, strict=True)]) / 2
-        T = T + (J[0] + J[1] + J[2]) * dot(p, p_dot) ** 2
+        T = T + _quadratic(J, omega) / 2
+        T = T + (J[0][0] + J[1][1] + J[2][2]) * dot(p, p_dot) ** 2
         self.add_energy(T, -mass * dot(self.gravity, r))
         # In the fixed frame: 2 E(p) p_dot, which is A omega where |p| = 1, and bilinear.
         spin = tuple(2 * dot(row, p_dot) for row in _E(p))
         frame = Frame(name, self.algebra, r, r_dot, _rotation(p), spin)
+        self._inertias[frame] = J
         self.looks.body(frame)
         return frame
+
+    def outputs(self, body: Frame) -> None:
+        """Add the rotation of a body to the outputs of the model.
+
+        ``NAME_omega_x`` ... are its angular velocity [rad/s], ``NAME_L_x`` ... its angular momentum
+        about the centre of mass [kg m^2/s], both in components of the fixed frame.
+
+        Raises
+        ------
+        ModelError
+            For a frame that is no body.
+        """
+        if body not in self._inertias:
+            raise ModelError(
+                self.model.name,
+                "outputs(...)",
+                f"'{body.name}' is no body",
+                "Give a frame that body(...) returned",
+            )
+        momentum = body.direction(*apply(self._inertias[body], body.components(body.spin)))
+        for letter, omega, L in zip("xyz", body.spin, momentum, strict=True):
+            self.model.output(f"{body.name}_omega_{letter}", omega)
+            self.model.output(f"{body.name}_L_{letter}", L)
+
+    def _tensor(self, what: str, inertia: Sequence[Any]) -> Matrix:
+        """The tensor of inertia, from principal moments or as it is given."""
+        if getattr(inertia, "shape", None) == (3, 3):  # a matrix of SymPy, CasADi or NumPy
+            matrix: Any = inertia
+            inertia = [[matrix[i, j] for j in range(3)] for i in range(3)]
+        rows = self.vector(what, inertia)
+        if not any(isinstance(row, (tuple, list)) for row in rows):
+            for moment in rows:
+                positive(self.model, what, moment)
+            return tuple(tuple(x if i == j else 0 for j in range(3)) for i, x in enumerate(rows))
+        J = tuple(self.vector(what, row) for row in rows)
+        values = np.array([[number(self.model, what, x) for x in row] for row in J])
+        if not np.array_equal(values, values.T):
+            raise ModelError(
+                self.model.name, what, f"is not symmetric: {values.tolist()}", "Give J = J^T"
+            )
+        moments = np.linalg.eigvalsh(values)
+        if not (moments[0] > 0 and moments[2] <= (moments[0] + moments[1]) * (1 + 1e-9)):
+            raise ModelError(
+                self.model.name,
+                what,
+                f"has the principal moments {[float(f'{x:.6g}') for x in moments]}",
+                "They must be positive, and none larger than the sum of the others",
+            )
+        return J
 
     def frame(
         self,
@@ -224,7 +278,7 @@ class Spatial(Scene):
                         f"there is no body '{name}' with a quaternion",
                         f"Bodies are: {', '.join(self._quaternions)}",
                     )
-        for name, (names, _J) in self._quaternions.items():
+        for name, names in self._quaternions.items():
             axis, angle = attitude.get(name, ((0, 0, 1), 0))
             what = f"attitude of '{name}'"
             a = unit(self.model, what, self.vector(what, axis))
@@ -244,6 +298,20 @@ class Spatial(Scene):
 
 def _is_number(x: Any) -> bool:
     return isinstance(x, (int, float))
+
+
+def _quadratic(J: Matrix, omega: Vector) -> Any:
+    """omega^T J omega; entries that are the number zero leave no term."""
+    terms = [
+        J[i][j] * omega[i] * omega[j] if i == j else 2 * J[i][j] * omega[i] * omega[j]
+        for i in range(3)
+        for j in range(i, 3)
+        if not (_is_number(J[i][j]) and J[i][j] == 0)
+    ]
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
 
 
 def _H(p: Sequence[Any]) -> Matrix:

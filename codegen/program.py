@@ -380,6 +380,17 @@ class Scheme:
     adaptive: bool = False
 
 
+def point_of(
+    d: Derivation, name: str, arguments: tuple[str, ...], fields: dict[str, ca.SX]
+) -> Point:
+    """A point; inputs are among its arguments, before the parameters, if its fields need them."""
+    commanded = any(ca.depends_on(value, d.data.u) for value in fields.values())
+    if commanded and "u" not in arguments:
+        behind = arguments.index("par")
+        arguments = (*arguments[:behind], "u", *arguments[behind:])
+    return Point(name, arguments, fields)
+
+
 def evaluate(
     point: Point,
     arguments: tuple[Argument, ...],
@@ -387,8 +398,12 @@ def evaluate(
     terms: Ref | None = None,
     at: Place | None = None,
 ) -> Evaluate:
-    """Evaluation of a point that may need the terms of its place and the results `at` another."""
+    """Evaluation of a point, with the inputs, the terms of its place and the results `at` another
+    where it needs them."""
     further = {"terms": terms, "at": at}
+    if "u" in point.arguments and Ref("u") not in arguments:
+        behind = arguments.index(Parameters())
+        arguments = (*arguments[:behind], Ref("u"), *arguments[behind:])
     needed = (further[name] for name in point.arguments if name in further)
     return Evaluate(point.name, (*arguments, *(a for a in needed if a is not None)), into)
 
@@ -526,7 +541,7 @@ def slip_rows(d: Derivation) -> list[tuple[int, int, int]]:
     """(first slip row, components, bound index) of every friction element with a given bound."""
     rows, first, bound = [], 0, 0
     for c in d.data.contacts:
-        if c.g_N is None:
+        if c.presser is None:
             rows.append((first, c.n_F, bound))
             bound += 1
         first += c.n_F

@@ -94,39 +94,59 @@ def _describe(stepper: Compiled, name: str, value: np.ndarray) -> str:
     return f"{text} is {number}. {_NORM}"
 
 
-def check_coefficients(stepper: Compiled, par: dict[str, float]) -> None:
-    """Raise if a friction or restitution coefficient is out of its range.
+def wrong_coefficient(
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, u: Any, par: dict[str, float]
+) -> str:
+    """The first friction or restitution coefficient out of its range at a state, or nothing.
+
+    Without inputs, None, coefficients that depend on them are not looked at.
+    """
+    if not stepper.manifest["contacts"]:
+        return ""
+
+    def values(name: str) -> np.ndarray | None:
+        about = stepper.manifest["functions"].get(name)
+        if name not in stepper.functions or (about and "u" in about["arguments"] and u is None):
+            return None
+        return np.atleast_1d(stepper.evaluate(name, t, q, v, u, par))
+
+    for name, top in (("mu", np.inf), ("e_N", 1.0), ("e_F", 1.0)):
+        found = values(name)
+        if found is None:
+            continue
+        for contact, value in zip(stepper.manifest["contacts"], found, strict=True):
+            if not 0 <= value <= top:
+                allowed = "it must be >= 0" if np.isinf(top) else "it must lie in [0, 1]"
+                return (
+                    f"{name} of contact '{contact['name']}' is {value:g} with the parameters "
+                    f"{_given(stepper, par)}: {allowed}"
+                )
+    each = values("mu_F")
+    if each is None:
+        return ""
+    for c in stepper.manifest["contacts"]:
+        pair = each[c["friction"] : c["friction"] + c["components"]]
+        if c["law"] == "elliptic" and not (np.all(pair > 0) or np.all(pair == 0)):
+            return (
+                f"mu of contact '{c['name']}' is ({pair[0]:g}, {pair[1]:g}) with the parameters "
+                f"{_given(stepper, par)}: both must be positive, or both zero"
+            )
+    return ""
+
+
+def check_coefficients(
+    stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
+) -> None:
+    """Raise if a friction or restitution coefficient is out of its range at the start of a run.
 
     Raises
     ------
     RunError
         Naming contact, value and range.
     """
-    if not stepper.manifest["contacts"]:
-        return
-    zero = np.zeros(stepper.sizes["n_q"])
-    for name, top in (("mu", np.inf), ("e_N", 1.0), ("e_F", 1.0)):
-        if name not in stepper.functions:
-            continue
-        values = np.atleast_1d(stepper.evaluate(name, 0.0, zero, parameters=par))
-        for contact, value in zip(stepper.manifest["contacts"], values, strict=True):
-            if not 0 <= value <= top:
-                allowed = "it must be >= 0" if np.isinf(top) else "it must lie in [0, 1]"
-                raise RunError(
-                    f"model '{stepper.name}': {name} of contact '{contact['name']}' is {value:g} "
-                    f"with the parameters {_given(stepper, par)}: {allowed}"
-                )
-    if "mu_F" not in stepper.functions:
-        return
-    each = np.atleast_1d(stepper.evaluate("mu_F", 0.0, zero, parameters=par))
-    for c in stepper.manifest["contacts"]:
-        pair = each[c["friction"] : c["friction"] + c["components"]]
-        if c["law"] == "elliptic" and not (np.all(pair > 0) or np.all(pair == 0)):
-            raise RunError(
-                f"model '{stepper.name}': mu of contact '{c['name']}' is "
-                f"({pair[0]:g}, {pair[1]:g}) with the parameters "
-                f"{_given(stepper, par)}: both must be positive, or both zero"
-            )
+    wrong = wrong_coefficient(stepper, t, q, v, None, par)
+    if wrong:
+        raise RunError(f"model '{stepper.name}': {wrong}")
 
 
 def check_mass(

@@ -10,7 +10,12 @@ from signorini.runtime.arguments import reals
 from signorini.runtime.compiled import SUCCESS, Compiled, Inputs
 from signorini.runtime.consistency import contradiction, report
 from signorini.runtime.controller import Controller
-from signorini.runtime.diagnosis import check_coefficients, check_mass, first_nonfinite
+from signorini.runtime.diagnosis import (
+    check_coefficients,
+    check_mass,
+    first_nonfinite,
+    wrong_coefficient,
+)
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
@@ -108,7 +113,7 @@ class Run:
         room = max(events_of_step(stepper, options), 1)
         self.chunk = max(1, min(_CHUNK, _EVENTS // room))
         self.event_array = (lib.structs["event"] * (self.chunk * room))()
-        check_coefficients(stepper, par)
+        check_coefficients(stepper, t, q, v, par)
         check_mass(stepper, t, q, v, par)
         q_array, v_array = lib.array(q), lib.array(v)
         status = lib.call["init"](
@@ -214,6 +219,8 @@ class Run:
         name = self.lib.statuses[status]
         q, v = self.lib.kept(self.state.q), self.lib.kept(self.state.v)
         causes = [contradiction(self.stepper, t + self.h, q + self.h * v, v, self.par)]
+        if name == "BAD_ARGUMENT":
+            causes.append(wrong_coefficient(self.stepper, t, q, v, u, self.par))
         if name == "NONFINITE":
             for part in (0.0, 0.5, 1.0):
                 at = (t + part * self.h, q + part * self.h * v, v)

@@ -89,7 +89,7 @@ class _Examination:
         self.at = {
             "t": state["t"], "q": q, "v": np.array(state["v"]), "u": step.u, "parameters": par,
         }  # fmt: skip
-        self.mu = stepper.evaluate("mu", state["t"], q, parameters=par)
+        self.mu = stepper.evaluate("mu", **self.at)
         self.exists = np.ones(len(self.contacts), dtype=bool)
         if any(c["guarded"] for c in self.contacts):
             guard = stepper.evaluate("guard", state["t"], q, parameters=par)

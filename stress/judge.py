@@ -92,16 +92,14 @@ class _Contacts:
             guarded = np.array([c["guarded"] for c in self.rows])
             self.exists = ~guarded | (guard >= 0)
         self.mu, self.e_N, self.e_F = (
-            stepper.evaluate(name, traj.t[0], traj.q[0], parameters=par)
-            if self.rows
-            else np.zeros(0)
+            stepper.evaluate(name, *start) if self.rows else np.zeros((n, 0))
             for name in ("mu", "e_N", "e_F")
         )
         self.mu_F = np.ones(stepper.sizes["n_F"])
         if stepper.sizes["n_axes"]:
             self.mu_F = stepper.evaluate("mu_F", traj.t[0], traj.q[0], parameters=par)
         self.laws = [laws.find(c["law"]) for c in self.rows]
-        self.bound = stages("bound") if any(c["normal"] < 0 for c in self.rows) else None
+        self.bound = stages("bound") if any(c["bound"] >= 0 for c in self.rows) else None
         # A run at rest has the speed that its percussions would give.
         mobility = 0.0
         if stepper.sizes["n_N"]:
@@ -121,6 +119,9 @@ class _Contacts:
         self.closed = np.zeros((n, len(self.rows)), dtype=bool)
         pushed = (traj.R_N[:, :-1] > 0).any(axis=1) | (traj.P_N[1:] > 0)
         self.closed[:, unilateral] = pushed
+        for k, c in enumerate(self.rows):
+            if c["presser"] >= 0:
+                self.closed[:, k] = self.closed[:, c["presser"]]
         self.unilateral = np.flatnonzero(unilateral)
 
     def states(self) -> np.ndarray:
@@ -130,17 +131,16 @@ class _Contacts:
             if c["components"]:
                 f = slice(c["friction"], c["friction"] + c["components"])
                 size = self.laws[k].size(self.traj.P_F[1:, f], self.mu_F[f])
-                radius = self._radius(k, self.traj.P_N[1:], self.h * self._mean_bound(c))
+                radius = self._radius(k, self.mu, self.traj.P_N[1:], self.h * self._mean_bound(c))
                 slips = (size >= radius * (1 - _STICKING)) & (radius > 0)
-                at = self.closed[:, k] if c["normal"] >= 0 else np.ones(self.n, dtype=bool)
+                at = self.closed[:, k] if c["presser"] >= 0 else np.ones(self.n, dtype=bool)
                 states[:, k] = np.where(at & slips, 2, np.where(at, 1, 0))
         return states
 
     def _mean_bound(self, contact: dict[str, int]) -> np.ndarray:
-        if self.bound is None or contact["normal"] >= 0:
+        if self.bound is None or contact["bound"] < 0:
             return np.zeros(self.n)
-        place = [c["name"] for c in self.rows if c["normal"] < 0].index(contact["name"])
-        return np.maximum(self.bound[..., place], 0) @ self._weights()
+        return np.maximum(self.bound[..., contact["bound"]], 0) @ self._weights()
 
     def _weights(self) -> np.ndarray:
         c = self.traj.t_stage[0] - self.traj.t_stage[0, 0]
@@ -148,9 +148,9 @@ class _Contacts:
         powers = np.vander(c, increasing=True).T
         return np.linalg.solve(powers, 1 / np.arange(1, self.s + 1))
 
-    def _radius(self, k: int, P_N: np.ndarray, bound: np.ndarray) -> np.ndarray:
-        normal = self.rows[k]["normal"]
-        return self.mu[k] * np.maximum(P_N[:, normal], 0) if normal >= 0 else bound
+    def _radius(self, k: int, mu: np.ndarray, P_N: np.ndarray, bound: np.ndarray) -> np.ndarray:
+        normal = self.rows[k]["pressing"]
+        return mu[:, k] * np.maximum(P_N[:, normal], 0) if normal >= 0 else bound
 
     def smallest_gap(self) -> float:
         """At the stages of all steps of contacts that exist."""
@@ -168,7 +168,7 @@ class _Contacts:
             worst = max(worst, _complementary(gap, R))
             before, after = self.traj.g_N_dot[:-1][at, n], self.traj.g_N_dot[1:][at, n]
             P = self.traj.P_N[1:][at, n]
-            xi = (after + self.e_N[k] * before) / self.speed
+            xi = (after + self.e_N[at, k] * before) / self.speed
             worst = max(worst, _complementary(np.where(P > 0, xi, 1.0), P / self.P_top))
         return worst
 
@@ -183,16 +183,15 @@ class _Contacts:
             for i in range(1, self.s):
                 R_N = self.traj.R_N[at, i - 1]
                 bound = np.zeros(np.count_nonzero(at))
-                if self.bound is not None and c["normal"] < 0:
-                    place = [d["name"] for d in self.rows if d["normal"] < 0].index(c["name"])
-                    bound = self.h * np.maximum(self.bound[at, i - 1, place], 0)
-                radius = self._radius(k, R_N, bound)
+                if self.bound is not None and c["bound"] >= 0:
+                    bound = self.h * np.maximum(self.bound[at, i - 1, c["bound"]], 0)
+                radius = self._radius(k, self.mu[at], R_N, bound)
                 R_F, slip = self.traj.R_F[at, i - 1, f], self.gamma_F[at, i, f]
                 worst = max(worst, self._in_cone(k, R_F, slip, radius, self.R_top))
             P = self.traj.P_N[1:][at]
-            radius = self._radius(k, P, (self.h * self._mean_bound(c))[at])
+            radius = self._radius(k, self.mu[at], P, (self.h * self._mean_bound(c))[at])
             before, after = self.traj.gamma_F[:-1][at, f], self.traj.gamma_F[1:][at, f]
-            xi = after + self.e_F[k] * before
+            xi = after + self.e_F[at, k][:, None] * before
             P_F = self.traj.P_F[1:][at, f]
             worst = max(worst, self._in_cone(k, P_F, xi, radius, self.P_top))
         return worst
@@ -217,7 +216,7 @@ class _Contacts:
         count = 0
         for k in self.unilateral:
             n = self.rows[k]["normal"]
-            if self.e_N[k] > 0:
+            if np.any(self.e_N[:, k] > 0):
                 continue
             rate = self.traj.g_N_dot[1:, n]
             bad = (self.traj.P_N[1:, n] > 0) & (rate < -_APPROACH * self.speed)

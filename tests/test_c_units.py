@@ -25,6 +25,7 @@ from trap_models import (
     mixed_contacts,
     one_coordinate,
     only_constraints,
+    pressed,
     rheonomic,
     sticking_incline,
     unconstrained,
@@ -45,9 +46,10 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (one_coordinate, 4, False),
     (forms, 2, False),
     (anisotropic, 2, True),
+    (pressed, 2, True),
 )
-# Redundant contacts, masses that vanish, time in every function, anisotropic friction.
-QUICK = (MODELS[0], MODELS[2], MODELS[-1])
+# Redundant contacts, masses that vanish, time in every function, anisotropic and pressed friction.
+QUICK = (MODELS[0], MODELS[2], *MODELS[-2:])
 
 
 def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> str:
@@ -160,6 +162,7 @@ def test_located_steps_of_any_model(make: Callable[[], sg.Model], tmp_path: Path
 
 LOCATED = (
     *(rheonomic, mixed_contacts, sticking_incline, box.model, one_coordinate, forms, anisotropic),
+    pressed,
     *(slope.model, conveyor_oscillator.model, woodpecker.model, bead_on_hoop.model),
     box_in_space.model,
 )

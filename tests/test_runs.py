@@ -60,10 +60,10 @@ def test_trajectory_fields(stepper: Build) -> None:
     shapes = {
         "t": (rows,), "q": (rows, 4), "v": (rows, 4), "P_g": (rows, 0), "P_gamma": (rows, 0),
         "P_N": (rows, n["n_N"]), "P_F": (rows, n["n_F"]), "g": (rows, 0), "g_dot": (rows, 0),
-        "gamma": (rows, 0), "g_N": (rows, 4), "g_N_dot": (rows, 4), "gamma_F": (rows, 8),
+        "gamma": (rows, 0), "g_N": (rows, 4), "g_N_dot": (rows, 4), "gamma_F": (rows, 11),
         "energy": (rows,), "outputs": (rows, 0), "iterations": (rows,), "residual": (rows,),
         "status": (rows,), "substeps": (rows,), "t_stage": (20, 3), "Q": (20, 3, 4),
-        "V": (20, 3, 4), "R_N": (20, 3, 4), "R_F": (20, 3, 8),
+        "V": (20, 3, 4), "R_N": (20, 3, 4), "R_F": (20, 3, 11),
     }  # fmt: skip
     for name, shape in shapes.items():
         assert getattr(traj, name).shape == shape, name

@@ -56,7 +56,7 @@ def rheonomic() -> sg.Model:
 
 
 def mixed_contacts() -> sg.Model:
-    """Frictionless, planar and spatial contacts, a guard, and friction with a bound."""
+    """Frictionless, planar, spatial contacts, a guard; friction with a bound or pressed by them."""
     m = sg.Model("mixed_contacts", symbols="casadi")
     x, y, z, s = m.coordinates("x y z s", velocities="u v w r")
     vx, vy, vz, vs = m.velocities
@@ -86,7 +86,27 @@ def mixed_contacts() -> sg.Model:
         "brake", gamma_F=vs - 0.5 * vx, bound=0.4 + 0.2 * ca.sin(t) + 0.1 * x**2 + 0.1 * push
     )
     m.friction("plate", gamma_F=[vx - 0.1, vy * ca.cos(x)], bound=0.2)
+    m.friction("shoe", gamma_F=vs + 0.2 * vy, mu=0.15, pressed_by="ground")
+    m.friction("pad", gamma_F=[vs - 0.3, vx + 0.2 * vs], mu=0.1, pressed_by="ledge")
     m.initial_state(q=[0.1, 0.1, 0.6, 0.0], v=[0.8, 0.3, 0, -0.5])
+    return m
+
+
+def pressed() -> sg.Model:
+    """A ball above two planes, each of which presses sliding, rolling and spinning friction."""
+    m = sg.Model("pressed", symbols="casadi")
+    _x, y, z, *_turns = m.coordinates("x y z a b c")
+    v_x, v_y, v_z, a, b, c = m.velocities
+    mass, mu, rho = m.parameters(mass=0.7, mu=0.4, rho=0.1)
+    m.lagrangian = 0.5 * mass * (v_x**2 + v_y**2 + v_z**2 + 0.4 * (a**2 + b**2 + c**2)) - 7 * z
+    m.contact(
+        *("ground",),
+        **{"g_N": z, "gamma_F": [v_x - b, v_y + a], "mu": mu, "e_N": 0.3},
+        rolling=(rho, [a, b]),
+        drilling=(0.5 * rho, c),
+    )
+    m.contact("wall", g_N=y + 0.05, gamma_F=[v_x + c, v_z], mu=0.3, rolling=(rho, [a + 0.1, c]))
+    m.initial_state(q=[0, 0, 0.005, 0, 0, 0], v=[0.5, -1, -1, 0.3, 0.2, 1.0])
     return m
 
 

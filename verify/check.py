@@ -413,11 +413,13 @@ class Checker:
             return None
         speeds = (state.v, step.V, step.v_end, solution.v_end)
         speed = max(float(np.max(np.abs(x))) for x in speeds)
-        # a body at rest has round-off for velocities: what its forces would give it in the step
+        # a body at rest has round-off for velocities: what its forces would give it in the step,
+        # or what holds it
         e, place, h = reference.e, at[:5], at[5]
-        force = np.asarray(e.L_q(*place) + e.value("f", *place), dtype=float)
-        free = np.linalg.solve(reference.mass(place), force)
-        speed = max(speed, h * float(np.max(np.abs(free), initial=0.0)))
+        force = h * np.asarray(e.L_q(*place) + e.value("f", *place), dtype=float)
+        held = np.abs(np.asarray(e.W(*place), dtype=float)) @ np.max(np.abs(step.R), axis=0)
+        free = np.linalg.solve(reference.mass(place), np.array([force, held]).T)
+        speed = max(speed, float(np.max(np.abs(free), initial=0.0)))
         apart = float(np.max(np.abs(solution.v_end - step.v_end), initial=0))
         difference = apart / speed if speed > 0 else 0.0
         if difference <= _APART:

@@ -139,15 +139,14 @@ def wanted(stepper: Stepper, parameters: dict[str, float]) -> dict[str, list[str
     """What each contact must be seen doing: contact name -> kinds of motion."""
     mu = []
     if stepper.manifest["contacts"]:
-        mu = list(
-            stepper.evaluate("mu", 0.0, np.zeros(stepper.sizes["n_q"]), parameters=parameters)
-        )
+        t, q, v = stepper.initial_state(parameters)
+        mu = list(stepper.evaluate("mu", t, q, v, parameters=parameters))
     kinds = {}
     for k, c in enumerate(stepper.manifest["contacts"]):
         list_of = []
         if c["normal"] >= 0:
             list_of = ["open", "impacting", "separating"]
-        if c["normal"] < 0 or mu[k] > 0:
+        if c["bound"] >= 0 or mu[k] > 0:
             if c["components"] == 1:
                 list_of += ["sticking", "slipping +", "slipping -"]
             elif c["components"] == 2:
@@ -169,10 +168,10 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
     guard = None
     if any(c["has_guard"] for c in stepper.manifest["contacts"]):
         guard = stepper.evaluate("guard", state.t, state.q, parameters=par)
-    mu = stepper.evaluate("mu", state.t, state.q, parameters=par)
+    mu = stepper.evaluate("mu", state.t, state.q, state.v, state.u, par)
     mu_F = np.ones(stepper.sizes["n_F"])
     if stepper.sizes["n_axes"]:
-        mu_F = stepper.evaluate("mu_F", state.t, state.q, parameters=par)
+        mu_F = stepper.evaluate("mu_F", state.t, state.q, state.v, state.u, par)
     bounds = np.zeros(0)
     if any(c["bound"] >= 0 for c in stepper.manifest["contacts"]):
         bounds = stepper.evaluate("bound", state.t, state.q, u=state.u, parameters=par)
@@ -188,7 +187,6 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
             P_N = traj.P_N[1, c["normal"]]
             before, after = traj.g_N[:, c["normal"]]
             rate = traj.g_N_dot[0, c["normal"]]
-            radius = mu[k] * P_N
             if P_N == 0:
                 found.append((name, "open"))
                 if before < _CLOSED < after:
@@ -198,8 +196,10 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
                 found.append((name, "impacting"))
             elif before < _CLOSED:
                 found.append((name, "persisting"))
-        else:
+        if c["bound"] >= 0:
             radius = state.dt * max(bounds[c["bound"]], 0.0)
+        else:
+            radius = mu[k] * traj.P_N[1, c["pressing"]]
         own = mu_F[c["friction"] : c["friction"] + c["components"]]
         size = float(laws.find(c["law"]).size(P_F, own))
         if c["components"] and radius > 0:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from signorini.codegen.frontend.model import Model
-from signorini.verify.reference import Reference
+from signorini.verify.reference import Reference, Rows
 
 _TOUCH = 1e-9  # within it a gap is closed, a rate zero
 _SWEEPS = 20_000
@@ -101,19 +101,20 @@ class EventDriven:
             one[k] = 1.0
             back.append((k, one))
         known = np.zeros(W.shape[1])
-        for k, (n, f, b) in enumerate(self.rows):
+        for k, (n, f, b, p) in enumerate(self.rows):
             mode = modes[k]
             if mode.kind == "open":
                 continue
             if n is not None:
                 one = np.zeros(W.shape[1])
                 one[n] = 1.0
-                if mode.kind == "slip":
-                    one[f] = -mu[k] * self._direction(mode, slip[k])
+                for j, pressed in enumerate(self.rows):
+                    if pressed.presses == n and modes[j].kind == "slip":
+                        one[pressed.friction] = -mu[j] * self._direction(modes[j], slip[j])
                 back.append((n, one))
                 rows.append(n)
                 columns.append((W @ one)[:, None])
-            elif mode.kind == "slip":
+            elif mode.kind == "slip" and p is None:
                 known[f] = -bound[b] * self._direction(mode, slip[k])
             if mode.kind == "stick":
                 for j in range(f.start, f.stop):
@@ -144,31 +145,32 @@ class EventDriven:
 
     def _slips(self, at: tuple[Any, ...]) -> list[np.ndarray]:
         rates = np.asarray(self.e.y_dot(*at), float)
-        return [rates[f] for _, f, _ in self.rows]
+        return [rates[row.friction] for row in self.rows]
 
     def _gaps(self, at: tuple[Any, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Gaps and their rates, contact by contact; no number for friction elements."""
         y, rates = np.asarray(self.e.y(*at), float), np.asarray(self.e.y_dot(*at), float)
-        gap = np.array([np.nan if n is None else y[n] for n, _, _ in self.rows])
-        return gap, np.array([np.nan if n is None else rates[n] for n, _, _ in self.rows])
+        normal = [row.normal for row in self.rows]
+        gap = np.array([np.nan if n is None else y[n] for n in normal])
+        return gap, np.array([np.nan if n is None else rates[n] for n in normal])
 
     # --- contact problems ------------------------------------------------------------------------
 
     def _sweep(
-        self, G: np.ndarray, y: np.ndarray, blocks: Sequence[tuple[int | None, slice, float, float]]
+        self, G: np.ndarray, y: np.ndarray, blocks: Sequence[tuple[Rows, slice, float, float]]
     ) -> np.ndarray:
         """Percussions P of 0 <= y + G P and friction, by projections one contact after the other.
 
-        A block holds the normal row (None: a given bound), the slip rows, mu and the bound.
+        A block holds the rows, the slip rows that may stick, mu and the bound.
         """
         P = np.zeros(y.size)
         for _ in range(_SWEEPS):
             change = 0.0
-            for n, f, mu, bound in blocks:
+            for (n, _, _, p), f, mu, bound in blocks:
                 old = P[[*([] if n is None else [n]), *range(f.start, f.stop)]].copy()
                 if n is not None and G[n, n] > 0:
                     P[n] = max(P[n] - (y[n] + G[n] @ P) / G[n, n], 0.0)
-                radius = bound if n is None else mu * P[n]
+                radius = bound if p is None else mu * P[p]
                 if f.stop > f.start:
                     largest = np.max(np.linalg.eigvalsh(G[f, f]))
                     trial = P[f] - (y[f] + G[f] @ P) / max(largest, 1e-300)
@@ -200,11 +202,14 @@ class EventDriven:
         e_F = np.asarray(self.e.value("e_F", *at), float)
         y = rates.copy()
         blocks = []
-        for k, (n, f, _) in enumerate(self.rows):
-            if n is not None and touching[k]:
-                y[n] += e_N[k] * rates[n]
+        acting = [row.normal for k, row in enumerate(self.rows) if touching[k]]
+        for k, row in enumerate(self.rows):
+            n, f = row.normal, row.friction
+            if row.presses is not None and row.presses in acting:
+                if n is not None:
+                    y[n] += e_N[k] * rates[n]
                 y[f] += e_F[k] * rates[f]
-                blocks.append((n, f, mu[k], 0.0))
+                blocks.append((row, f, mu[k], 0.0))
         P = self._sweep(G, y, blocks)
         return np.asarray(v + Z @ P)
 
@@ -218,20 +223,24 @@ class EventDriven:
         directions = W.copy()
         known = np.zeros(W.shape[1])
         blocks = []
-        for k, (n, f, b) in enumerate(self.rows):
+        staying: dict[int | None, bool] = {None: True}  # by normal row
+        for k, row in enumerate(self.rows):
+            n, f, b, p = row
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
-            stays = exists and (n is None or (gap[k] <= _TOUCH and gap_rate[k] <= _TOUCH))
+            if n is not None:
+                staying[n] = bool(gap[k] <= _TOUCH and gap_rate[k] <= _TOUCH)
+            stays = exists and staying[p]
             slip = self._slips(at)[k]
             size = float(np.linalg.norm(slip)) if slip.size else 0.0
-            rubs = slip.size > 0 and (n is None or mu[k] > 0)
+            rubs = slip.size > 0 and (p is None or mu[k] > 0)
             if not stays:
                 modes.append(Mode())
             elif not rubs:
                 modes.append(Mode("closed"))
             elif size > _TOUCH:
                 modes.append(Mode("slip", slip / size))
-                if n is not None:
-                    directions[:, n] -= mu[k] * (W[:, f] @ (slip / size))
+                if p is not None:
+                    directions[:, p] -= mu[k] * (W[:, f] @ (slip / size))
                 else:
                     known[f] = -bound[b] * slip / size
             else:
@@ -239,7 +248,7 @@ class EventDriven:
             if stays:
                 free = f if modes[-1].kind == "stick" else slice(f.start, f.start)
                 if n is not None or free.stop > free.start:
-                    blocks.append((n, free, mu[k], bound[b] if b is not None else 0.0))
+                    blocks.append((row, free, mu[k], bound[b] if b is not None else 0.0))
         m = self.bilateral.stop
         B = W[:, self.bilateral]
         K = np.block([[M, -B], [B.T, np.zeros((m, m))]])
@@ -248,12 +257,10 @@ class EventDriven:
         Z = np.linalg.lstsq(K, np.vstack([directions, np.zeros((m, W.shape[1]))]), rcond=1e-13)[0]
         P = self._sweep(W.T @ Z[: self.n], W.T @ a + rate, blocks)
         top = max(float(np.max(np.abs(P), initial=0.0)), 1e-300)
-        for n, f, own_mu, own_bound in blocks:
-            k = next(
-                i for i, row in enumerate(self.rows) if row[0] == n and row[1].start == f.start
-            )
-            radius = float(own_bound if n is None else own_mu * P[n])
-            if n is not None and P[n] <= 1e-12 * top:
+        for row, f, own_mu, own_bound in blocks:
+            k, p = self.rows.index(row), row.presses
+            radius = float(own_bound if p is None else own_mu * P[p])
+            if p is not None and P[p] <= 1e-12 * top:
                 modes[k] = Mode()
             elif f.stop > f.start and np.linalg.norm(P[f]) >= radius * (1 - 1e-10):
                 modes[k] = Mode("slip", -P[f] / np.linalg.norm(P[f]))
@@ -292,7 +299,7 @@ class EventDriven:
         guard = np.asarray(self.e.value("guard", *at), float)
         found: dict[tuple[int, str], float] = {}
         _, lam = self.accelerations(at, modes)
-        for k, (n, f, b) in enumerate(self.rows):
+        for k, (n, f, b, p) in enumerate(self.rows):
             mode = modes[k]
             if mode.kind == "open":
                 if n is not None and (self.e.contacts[k].guard is None or guard[k] >= 0):
@@ -301,7 +308,7 @@ class EventDriven:
             if n is not None:
                 found[k, "open"] = lam[n]
             if mode.kind == "stick":
-                radius = float(bound[b] if n is None else mu[k] * lam[n])
+                radius = float(bound[b] if p is None else mu[k] * lam[p])
                 found[k, "slip"] = radius - float(np.linalg.norm(lam[f]))
             if mode.kind == "slip":
                 assert mode.direction is not None
@@ -317,7 +324,7 @@ class EventDriven:
         _, lam = self.accelerations(at, modes)
         W = np.asarray(self.e.W(*at), float).reshape(self.n, -1)
         _, G = self._responses(self._mass(at), W)
-        for k, (_, f, _) in enumerate(self.rows):
+        for k, (_, f, _, _) in enumerate(self.rows):
             if modes[k].kind == "slip" and f.stop - f.start > 1:
                 rate = float(np.linalg.norm(G[f, f] @ lam[f]))
                 if h * rate > 0.5 * float(np.linalg.norm(self._slips(at)[k])):
@@ -413,9 +420,12 @@ class EventDriven:
         self.events.append((at[0], k, what))
         changed = list(modes)
         if what == "open":
-            changed[k] = Mode()
+            changed = [
+                Mode() if row.presses == self.rows[k].normal else mode
+                for row, mode in zip(self.rows, modes, strict=True)
+            ]
         else:
             _, lam = self.accelerations(at, modes)
-            f = self.rows[k][1]
+            f = self.rows[k].friction
             changed[k] = Mode("slip", -lam[f] / np.linalg.norm(lam[f]))
         return changed

@@ -7,6 +7,7 @@ evaluated node by node in complex arithmetic, double or mpmath; first derivative
 import cmath
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -57,7 +58,11 @@ class Expressions:
     def __init__(self, model: Model, high: bool = False) -> None:
         self.high = high
         self.n_q = len(model.q)
-        contacts = model.contacts
+        guards = {c.name: c.guard for c in model.contacts}
+        # what a contact presses exists with it
+        contacts = [
+            replace(c, guard=guards[c.pressed_by]) if c.pressed_by else c for c in model.contacts
+        ]
         self.contacts = contacts
         things = model.drawing.wanted()
         total = [0] * self.n_q
@@ -70,7 +75,7 @@ class Expressions:
             "gamma": _flat(model.velocity_constraints),
             "g_N": [c.g_N for c in contacts if c.g_N is not None],
             "gamma_F": [e for c in contacts for e in c.gamma_F],
-            "bound": [c.bound for c in contacts if c.g_N is None],
+            "bound": [c.bound for c in contacts if c.bound is not None],
             "guard": [0 if c.guard is None else c.guard for c in contacts],
             "mu": [] if _differ(contacts) else [c.mu for c in contacts],
             "mu_F": [mu for c in contacts for mu in _each(c)] if _differ(contacts) else [],

@@ -43,7 +43,8 @@ def accepts(
     P = reference.b @ step.R
     first_N = first_F = 0
     offset = reference.n_normal
-    for k, (n, f, bound) in enumerate(reference.rows):
+    joined: dict[int, bool] = {}  # by normal row, whether a contact joins the impact equations
+    for k, (n, f, bound, p) in enumerate(reference.rows):
         width = f.stop - f.start
         force = sizes["normal"][first_N] if n is not None else 0.0
         rub = sizes["friction"][first_F] if width else 0.0
@@ -51,13 +52,15 @@ def accepts(
         first_N += s if n is not None else 0
         first_F += s * width
         exists = e.contacts[k].guard is None or guard[k] >= 0
-        touched = n is None
+        touched = n is None and (p is None or joined[p])
         law, own = reference.laws[k], mu_F[f.start - offset : f.stop - offset]
         radii = []
         for i in range(1, s):
-            if n is None:
+            if p is None:
                 radii.append(h * max(float(e.value("bound", *places[i - 1])[bound]), 0.0))
             else:
+                radii.append(mu[k] * max(float(step.R[i - 1][p]), 0.0))
+            if n is not None:
                 gap, push = float(y[i][n]), float(step.R[i - 1][n])
                 way = force / r[n] * h
                 if exists and not _complementary(gap / way, push / force, tolerance):
@@ -65,17 +68,18 @@ def accepts(
                 if not exists and push != 0:
                     return False
                 touched = touched or (exists and gap <= tolerance * way)
-                radii.append(mu[k] * max(push, 0.0))
             if not _rubs(
                 *(law, own, step.R[i - 1][f], y[i][f], radii[-1]),
                 *(rub, rub / max(r[f], default=1.0), tolerance),
             ):
                 return False
-        if n is None:
+        if p is None:
             ends = [h * max(float(e.value("bound", *here)[bound]), 0.0) for here in places]
             radius = float(reference.b @ np.array(ends))
         else:
-            radius = mu[k] * max(float(P[n]), 0.0)
+            radius = mu[k] * max(float(P[p]), 0.0)
+        if n is not None:
+            joined[n] = touched
             xi = float(rates[n] + e_N[k] * before[n])
             if touched:
                 if not _complementary(xi * r[n] / force, float(P[n]) / force, tolerance):

@@ -6,7 +6,7 @@ V^1 ... V^s, v_{n+1}, and R = (R_g, R_gamma, R_N, R_F) at every stage.
 """
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import mpmath as mp
 import numpy as np
@@ -55,6 +55,27 @@ class Unknowns:
     lam: slice
 
 
+class Rows(NamedTuple):
+    """Rows of a contact or friction element in a percussion vector.
+
+    Attributes
+    ----------
+    normal : int or None
+        Of its own normal law.
+    friction : slice
+        Of its slip components.
+    bound : int or None
+        Which given bound its friction has.
+    presses : int or None
+        The normal row that bounds its friction otherwise.
+    """
+
+    normal: int | None
+    friction: slice
+    bound: int | None
+    presses: int | None
+
+
 class Reference:
     """The scheme for one model.
 
@@ -101,22 +122,29 @@ class Reference:
         n = self.e.n
         ends = np.cumsum([n["g"], n["gamma"], n["g_N"], n["gamma_F"]])
         self.n_g, self.n_bilateral, self.n_normal, self.n_R = (int(x) for x in ends)
-        self.rows: list[tuple[int | None, slice, int | None]] = []
+        self.rows: list[Rows] = []
         self.laws: list[Law] = []
         normal, slip, bound = self.n_bilateral, self.n_normal, 0
         for contact in self.e.contacts:
             count = len(contact.gamma_F)
             unilateral = contact.g_N is not None
+            given = contact.bound is not None
+            if contact.pressed_by:
+                names = [c.name for c in self.e.contacts]
+                presses = self.rows[names.index(contact.pressed_by)].normal
+            else:
+                presses = normal if unilateral else None
             self.rows.append(
-                (
+                Rows(
                     normal if unilateral else None,
                     slice(slip, slip + count),
-                    None if unilateral else bound,
+                    bound if given else None,
+                    presses,
                 )
             )
             self.laws.append(find("elliptic" if isinstance(contact.mu, (list, tuple)) else ""))
             normal += unilateral
-            bound += not unilateral
+            bound += given
             slip += count
 
     # --- the nonlinear problems of the C code, at any unknowns ------------------------------------
@@ -284,11 +312,11 @@ class Reference:
             [*(kinematic[: self.n_bilateral],) * (s - 1), speed[: self.n_bilateral]]
         )
         per_contact_N, per_contact_F = [], []
-        for n, f, _ in self.rows:
+        for n, f, _, p in self.rows:
             if n is not None:
                 per_contact_N += [contact[n]] * s
             # friction and the normal percussion that bounds it
-            top = max(np.max(contact[f], initial=0.0), contact[n] if n is not None else 0.0)
+            top = max(np.max(contact[f], initial=0.0), contact[p] if p is not None else 0.0)
             per_contact_F += [np.full(f.stop - f.start, top)] * s
         return {
             "momentum": np.tile(size, s),
@@ -378,7 +406,8 @@ class Reference:
         guard, mu_F = e.value("guard", *start), self.mu_F(*start)
         bounds = [np.maximum(e.value("bound", *at[i]), 0) for i in range(s)]
         P = self.b @ step.R
-        for k, (n, f, bound) in enumerate(self.rows):
+        acting: dict[int, bool] = {}  # by normal row, whether a contact joins the impact equations
+        for k, (n, f, bound, p) in enumerate(self.rows):
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
             is_closed = []
             for i in range(1, s):
@@ -387,19 +416,21 @@ class Reference:
                     z = r[n] * y[i][n] / h - force[n]
                     is_closed.append(z <= 1e-9 * abs(force[n]) + 1e-13 * r[n] / h)
                     normal.append(force[n] + min(z, 0) if exists else force[n])
-                    radius = mu[k] * max(force[n], 0.0) if exists else 0.0
-                else:
+                if p is None:
                     radius = h * bounds[i - 1][bound]
+                else:
+                    radius = mu[k] * max(force[p], 0.0) if exists else 0.0
                 friction.append(self.friction(k, force[f], y[i][f], radius, r, mu_F))
-            if n is None:
-                radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
-            else:
-                active = exists and (
+            if n is not None:
+                acting[n] = exists and (
                     any(is_closed) if self.active_set == "any_stage" else is_closed[-1]
                 )
                 xi = end_rates[n] + e_N[k] * start_rates[n]
-                normal.append(P[n] + min(r[n] * xi - P[n], 0) if active else P[n])
-                radius = mu[k] * max(P[n], 0.0) if active else 0.0
+                normal.append(P[n] + min(r[n] * xi - P[n], 0) if acting[n] else P[n])
+            if p is None:
+                radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
+            else:
+                radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
             xi_F = end_rates[f] + e_F[k] * start_rates[f]
             friction.append(self.friction(k, P[f], xi_F, radius, r, mu_F))
         return normal, friction
@@ -413,7 +444,7 @@ class Reference:
         self, k: int, P: Any, slip: Any, radius: float, r: np.ndarray, mu_F: np.ndarray
     ) -> np.ndarray:
         """Residual of the friction of contact k, by its law."""
-        f = self.rows[k][1]
+        f = self.rows[k].friction
         own = mu_F[f.start - self.n_normal : f.stop - self.n_normal]
         return self.laws[k].residual(P, slip, radius, np.max(r[f], initial=0.0), own)
 

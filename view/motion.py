@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 _MESHES = 60  # most of a net along each side
+_NEAR = 0.1  # share of a picture: what rests within it of what moves is shown whole
 _MOST = 900  # frames of a film
 _SPEEDS = (1.0, 2.0, 5.0)  # times powers of ten
 _FILM = (3.0, 20.0)  # seconds that a film should last
@@ -95,13 +96,26 @@ class Motion:
         points = [_outline(thing) for thing in self.moving() if not thing.rests]
         points += [t.points[:, :1] for t in self.things if t.kind == "plane" and not t.rests]
         points = points or [_outline(thing) for thing in self.things]
-        everything = np.concatenate([p.reshape(-1, p.shape[2]) for p in points])
-        return everything.min(axis=0), everything.max(axis=0)
+        low, high = _corners(points)
+        size = float((high - low).max())
+        for thing in self.moving():
+            least, most = _corners([_outline(thing)])
+            near = np.all((least <= high + _NEAR * size) & (most >= low - _NEAR * size))
+            # a pulley at rest belongs to its rope, a room to nobody
+            if thing.rests and near and float((most - least).max()) <= size:
+                low, high = np.minimum(low, least), np.maximum(high, most)
+        return low, high
 
     def size(self) -> float:
         """Size of the bodies without their way [m]."""
         spans = [np.ptp(_outline(thing), axis=1).max() for thing in self.moving()]
         return float(max(spans, default=0.0))
+
+
+def _corners(points: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates of all points."""
+    everything = np.concatenate([p.reshape(-1, p.shape[2]) for p in points])
+    return everything.min(axis=0), everything.max(axis=0)
 
 
 def _outline(thing: Thing) -> np.ndarray:

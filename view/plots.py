@@ -247,11 +247,13 @@ class Plots:
         if columns["P_N"] is None or not columns["P_F"]:
             return None
         stepper = self.traj.stepper
-        at = {"t": self.t[0], "q": self.traj.q[0], "parameters": self.traj.parameters}
+        # coefficients hold over a step: rows are its start
+        starts = (x[:-1] for x in (self.traj.t, self.traj.q, self.traj.v, self.traj.u))
+        at = (*starts, self.traj.parameters)
         if "mu_F" in stepper.functions:
-            mu = stepper.evaluate("mu_F", **at)[columns["P_F"]]
+            mu = stepper.evaluate("mu_F", *at)[:, columns["P_F"]]
         else:
-            mu = stepper.evaluate("mu", **at)[list(self.traj.contacts).index(name)]
+            mu = stepper.evaluate("mu", *at)[:, [list(self.traj.contacts).index(name)]]
         if not np.all(mu > 0):
             return None
         P_N = self.traj.P_N[1:, columns["P_N"]]

@@ -23,7 +23,7 @@ from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.spec import ContactRow, EmitSpec, ForwardSpec, ProblemSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
 from signorini.codegen.derive.influence import influence
-from signorini.codegen.derive.public import PUBLIC, SLOPES
+from signorini.codegen.derive.public import PUBLIC, SLOPES, arguments_of
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
@@ -250,8 +250,8 @@ class _Builder:
             ),
         )
         functions = tuple(
-            self.writer.model_function(name, (*arguments, "par"))
-            for name, arguments in self.public
+            self.writer.model_function(name, (*arguments_of(declared, self.d[name], data), "par"))
+            for name, declared in self.public
             if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
         )
         located = plan.located
@@ -450,24 +450,29 @@ def _files(plan: Scheme) -> tuple[str, ...]:
 
 def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> list[ContactRow]:
     """Rows of each contact in the percussion vectors."""
-    rows = []
+    rows: list[ContactRow] = []
     normal = friction = bound = 0
     for k, c in enumerate(data.contacts):
         is_contact = c.g_N is not None
+        given = c.presser is None
+        pressed = (j for j, d in enumerate(data.contacts) if j > k and d.presser == c.presser)
         rows.append(
             ContactRow(
                 c.name,
                 normal if is_contact else -1,
                 friction,
                 c.n_F,
-                -1 if is_contact else bound,
+                bound if given else -1,
+                -1 if c.presser is None else c.presser,
+                -1 if c.presser is None else normal if is_contact else rows[c.presser].normal,
+                -1 if given else next(pressed, -1),
                 c.guard is not None if guarded is None else guarded[k],
-                c.guard is not None,
+                c.guard is not None and c.presser in (None, k),
                 c.law,
             )
         )
         normal += is_contact
-        bound += not is_contact
+        bound += given
         friction += c.n_F
     return rows
 

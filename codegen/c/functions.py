@@ -280,6 +280,7 @@ class FunctionWriter:
         """Constraints and gaps, then their velocities, each with its terms summed up."""
         d = self.d
         zero = ca.SX.zeros
+        u = d.data.u
         n_gamma, n_F = d.data.n_gamma, d.data.n_F
         q, v = ca.fabs(d.data.q), ca.fabs(d.data.v)
         chi = ca.vertcat(d["chi_g"], d["chi_gamma"], d["chi_N"], d["chi_F"])
@@ -295,6 +296,11 @@ class FunctionWriter:
                 ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]),
             ),
             "size": ("|W^T| |v| + |chi|", directions @ v + ca.fabs(chi)),
+        }
+        # inputs stand in slip velocities alone, which are free at the start
+        rates = {
+            field: (title, ca.substitute(value, u, zero(u.numel(), 1)))
+            for field, (title, value) in rates.items()
         }
         return (
             self._consistency("evaluate_places", ("t", "q", "par"), places),

@@ -105,7 +105,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
     n_x = max(p.n_x for p in scheme.problems)
     n_rows = max(p.n_slots for p in scheme.problems) * n_R
     n_K = max(p.jacobian.K.size for p in scheme.problems)
-    n_bounds = sum(c.g_N is None for c in data.contacts)
+    n_bounds = sum(c.presser is None for c in data.contacts)
     located = scheme.located
     kept = scheme.problems[: located.kept if located else None]
     spatial = any(c.n_F == 2 for c in data.contacts)

@@ -58,6 +58,9 @@ class ContactRow:
     friction: int
     components: int
     bound: int
+    presser: int  # contact that presses its friction, -1: the bound is given
+    pressing: int  # normal row of that contact
+    next: int  # next element that the same contact presses, -1: none
     guarded: bool  # exists only while its entry of work.guard is >= 0
     has_guard: bool  # the model gives a guard
     law: str  # of its friction: none, coulomb, elliptic or bound

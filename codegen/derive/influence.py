@@ -92,14 +92,15 @@ def _together(d: Derivation) -> tuple[list[set[int]], list[tuple[set[int], ca.SX
             moved = set(W[:, c].sparsity().row())
             join(moved)
             rows.append((moved, ca.vertcat(value[c], rate[c])))
-    # a contact's normal and slip rows are of one law
+    # a contact's normal row and the slip rows that it presses are of one law
     at_N = data.n_g + data.n_gamma
     at_F = at_N + data.n_N
-    for contact in data.contacts:
-        of_contact = set()
+    normal: dict[int, int] = {}
+    for k, contact in enumerate(data.contacts):
         if contact.g_N is not None:
-            of_contact.add(at_N)
+            normal[k] = at_N
             at_N += 1
+        of_contact = set() if contact.presser is None else {normal[contact.presser]}
         of_contact |= set(range(at_F, at_F + contact.n_F))
         at_F += contact.n_F
         moved = set().union(*(rows[r][0] for r in of_contact))

@@ -1,5 +1,8 @@
 """Model functions that a user gets, whatever the target."""
 
+import casadi as ca
+from signorini.codegen.frontend.model_data import ModelData
+
 # Name of each and its arguments besides the parameters; those without entries are left out.
 PUBLIC: tuple[tuple[str, str], ...] = (
     ("L", "tqv"),
@@ -40,6 +43,14 @@ PUBLIC: tuple[tuple[str, str], ...] = (
     ("outputs", "tqvu"),
     ("shapes", "tq"),
 )
+
+
+def arguments_of(declared: str, value: ca.SX, data: ModelData) -> tuple[str, ...]:
+    """Arguments of a public function: those declared, and what else of t, q, v, u it depends on."""
+    symbols = {"t": data.t, "q": data.q, "v": data.v, "u": data.u}
+    needed = {name for name, column in symbols.items() if ca.depends_on(value, column)}
+    return tuple(name for name in "tqvuR" if name in declared or name in needed)
+
 
 # Where steps are differentiated: how what holds at a start changes, and what the model puts out.
 SLOPES: tuple[tuple[str, str], ...] = (

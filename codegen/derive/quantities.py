@@ -99,7 +99,7 @@ class Derivation:
     @property
     def with_bound(self) -> list[int]:
         """Indices of the contacts that are friction elements with a given bound."""
-        return [k for k, c in enumerate(self.data.contacts) if c.g_N is None]
+        return [k for k, c in enumerate(self.data.contacts) if c.presser is None]
 
     def _derive(self, name: str) -> ca.SX:
         if name in QUANTITIES:
@@ -146,7 +146,7 @@ class Derivation:
         size = ca.SX.zeros(self.data.n_q, 1)
         first = bound = 0
         for c in self.data.contacts:
-            if c.g_N is None:
+            if c.presser is None:
                 radius = self["bound"][bound]
                 directions = ca.fabs(ca.densify(self["W_F"][:, first : first + c.n_F]))
                 size += ca.sum2(directions) * ca.if_else(radius > 0, radius, 0)

@@ -13,7 +13,11 @@ MOTIONS = (
 
 @dataclass
 class ContactDeclaration:
-    """What `Model.contact` or `Model.friction` was called with."""
+    """What `Model.contact` or `Model.friction` was called with.
+
+    `pressed_by` is the contact whose normal percussion bounds friction with the coefficient `mu`:
+    itself where empty, unless friction has a bound.
+    """
 
     name: str
     g_N: Any
@@ -23,6 +27,7 @@ class ContactDeclaration:
     e_F: Any = 0
     bound: Any = None
     guard: Any = None
+    pressed_by: str = ""
     never: Mapping[str, str] = field(default_factory=dict)
 
     @property

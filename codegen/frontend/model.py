@@ -307,6 +307,8 @@ class Model:
         e_N: Any = 0,
         e_F: Any = 0,
         guard: Any = None,
+        rolling: tuple[Any, Any] | None = None,
+        drilling: tuple[Any, Any] | None = None,
         never: Mapping[str, str] | None = None,
         at: Sequence[Any] | None = None,
         normal: Sequence[Any] | None = None,
@@ -330,6 +332,14 @@ class Model:
             Normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
+        rolling, drilling : pair (radius, rate), optional
+            Resistance to rolling and to spinning on the spot. `radius` >= 0 [m], a number or an
+            expression of parameters; `rate` the relative angular velocity [rad/s] affine in v: of
+            rolling one component in the plane, or a list of two along the tangents in space; of
+            drilling the one along the normal. While the rate is zero the contact carries any
+            torque up to radius times its normal force, else just that, against the rate. They
+            are friction elements of their own (see `friction`), called NAME_rolling and
+            NAME_drilling.
         never : mapping from kind of motion to reason, optional
             Motions that this contact cannot make, e.g. ``{"sticking": "its motion is given"}``:
             `signorini.check` does not ask for them, repeats the reason, and fails if it sees one.
@@ -358,6 +368,10 @@ class Model:
                         "Give gamma_F, or leave out mu and e_F for a frictionless contact",
                     )
         self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
+        for kind, resistance in (("rolling", rolling), ("drilling", drilling)):
+            if resistance is not None:
+                radius, rate = self._resistance(f"{kind} of contact '{name}'", resistance)
+                self.friction(f"{name}_{kind}", gamma_F=rate, mu=radius, pressed_by=name)
         if at is not None:
             (place,) = points_of(self.name, f"contact '{name}'", [at])
             tips = [] if normal is None else [tip_of(self.name, f"contact '{name}'", place, normal)]
@@ -371,9 +385,20 @@ class Model:
             )
 
     def friction(
-        self, name: str, *, gamma_F: Any, bound: Any, never: Mapping[str, str] | None = None
+        self,
+        name: str,
+        *,
+        gamma_F: Any,
+        bound: Any = None,
+        mu: Any = None,
+        pressed_by: str | None = None,
+        never: Mapping[str, str] | None = None,
     ) -> None:
-        """Add friction with a given force bound: a brake, a joint with dry friction.
+        """Add friction with a given force bound, or pressed by a contact.
+
+        A brake or a joint with dry friction has a bound. Friction that a contact presses beside
+        that contact's own has a coefficient: resistance to rolling and drilling, a brake shoe, a
+        second surface on the same pad. With it ``|P_F| <= mu P_N``, solved together with P_N.
 
         Parameters
         ----------
@@ -383,19 +408,70 @@ class Model:
             Slip velocity gamma_F(t, q, v), affine in v.
         bound : number or expression of t, q, u and parameters
             Largest friction force; a negative value counts as zero.
+        mu : number or expression of parameters, or a pair of them
+            Instead of a bound, with `pressed_by`: friction coefficient >= 0, as for `contact`; a
+            length [m] where gamma_F is an angular velocity.
+        pressed_by : str
+            Name of the contact, declared before.
         never : mapping from kind of motion to reason, optional
             As for `contact`.
 
         Raises
         ------
         ModelError
-            For a missing slip velocity or an unknown kind of motion.
+            For a missing slip velocity, an unknown contact or kind of motion, or a bound and a
+            coefficient at once.
         """
-        self._add_contact(name, None, gamma_F, never, bound=bound)
-        if not self.contacts[-1].gamma_F:
+        what = f"friction '{name}'"
+        if (bound is None) == (mu is None) or (mu is None) != (pressed_by is None):
             raise ModelError(
-                self.name, f"friction '{name}'", "has no slip velocity", "Give gamma_F(t, q, v)"
+                self.name,
+                what,
+                "needs either a bound, or a coefficient mu and the contact that presses it",
+                "Give bound=..., or mu=... and pressed_by=...",
             )
+        if pressed_by is None:
+            self._add_contact(name, None, gamma_F, never, bound=bound)
+        else:
+            gaps = [c.name for c in self.contacts if c.g_N is not None]
+            if pressed_by not in gaps:
+                raise ModelError(
+                    self.name,
+                    what,
+                    f"pressed_by is {pressed_by!r}, but no such contact stands before it",
+                    f"Contacts are: {', '.join(gaps)}" if gaps else "Declare the contact first",
+                )
+            self._add_contact(name, None, gamma_F, never, mu=mu, pressed_by=pressed_by)
+        if not self.contacts[-1].gamma_F:
+            raise ModelError(self.name, what, "has no slip velocity", "Give gamma_F(t, q, v)")
+
+    def coupling(self, name: str, g: Any, *, play: Any = None, e_N: Any = 0) -> None:
+        """Couple motions by gears, racks, screws, belts: ``g = 0``, or ``|g| <= play / 2``.
+
+        Parameters
+        ----------
+        name : str
+            Of the constraint; with play of two contacts, name_above and name_below.
+        g : expression
+            What vanishes: ``R_1 * phi_1 + R_2 * phi_2`` for two gears, ``x - R * phi`` for a rack
+            and pinion, ``x - pitch * phi / (2 * pi)`` for a screw, ``z_s * phi_s + z_r * phi_r -
+            (z_s + z_r) * phi_c`` for a planetary gear, ``phi_2 - k * phi_1`` for a joint that
+            mimics another.
+        play : expression of parameters, optional
+            Width of the backlash, in the unit of g.
+        e_N : number or expression of parameters
+            Restitution of the flanks.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken.
+        """
+        if play is None:
+            self.constraint(name, g)
+            return
+        self.contact(f"{name}_above", g_N=play / 2 - g, e_N=e_N)
+        self.contact(f"{name}_below", g_N=play / 2 + g, e_N=e_N)
 
     def output(self, name: str, expr: Any) -> None:
         """Add a named quantity of t, q, v, u that trajectories carry along.
@@ -527,6 +603,25 @@ class Model:
                 f"Give a reason for each of these kinds of motion: {', '.join(MOTIONS)}",
             )
         self.contacts.append(ContactDeclaration(name, g_N, components, **laws, never=dict(waived)))
+
+    def _resistance(self, what: str, law: Any) -> tuple[Any, Any]:
+        if not isinstance(law, (list, tuple)) or len(law) != 2:
+            raise ModelError(
+                self.name,
+                what,
+                f"is {law!r}",
+                "Give a pair: its radius [m], and the relative angular velocity",
+            )
+        rate = self._list(what, law[1])
+        most = 2 if what.startswith("rolling") else 1
+        if not 1 <= len(rate) <= most:
+            raise ModelError(
+                self.name,
+                what,
+                f"has {len(rate)} angular velocities",
+                "Give one (two along the tangents for rolling in space)",
+            )
+        return law[0], rate
 
     def _list(self, what: str, expressions: Any) -> list[Any]:
         """One expression, a list, or a column matrix, as a list."""

@@ -20,7 +20,7 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """A unilateral contact, or (``g_N is None``) friction with a given bound.
+    """A unilateral contact, or (``g_N is None``) a friction element.
 
     Attributes
     ----------
@@ -33,8 +33,11 @@ class Contact:
         coefficients the larger one.
     mu_F : SX, shape (n_F, 1), or None
         Friction coefficient of each slip component where they differ.
+    presser : int or None
+        Contact whose normal percussion, times mu, bounds friction: its own place among the
+        contacts, for an element that of a contact before it; None where a bound is given.
     bound : SX scalar or None
-        Largest friction force where ``g_N is None``.
+        Largest friction force of an element that no contact presses.
     guard : SX scalar or None
         The contact exists in a step iff ``guard(t_n, q_n) >= 0``.
     """
@@ -48,11 +51,12 @@ class Contact:
     bound: ca.SX | None = None
     guard: ca.SX | None = None
     mu_F: ca.SX | None = None
+    presser: int | None = None
 
     @property
     def law(self) -> str:
         """The law of its friction: none, coulomb, elliptic or bound."""
-        if self.g_N is None:
+        if self.presser is None:
             return "bound"
         if not self.n_F:
             return "none"

@@ -1,5 +1,8 @@
 """What only numbers can tell of a frozen model: it is tried at its start and at drawn states."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from signorini.codegen.frontend.errors import ModelError
@@ -15,7 +18,9 @@ def check_affine(data: ModelData, equation: str, sx: ca.SX) -> None:
     if curvature.nnz() == 0:
         return
     # Structure alone cannot see (v + 1)^2 - v^2; numbers can.
-    f = ca.Function("f", [data.t, data.q, data.v, data.par], [curvature, ca.jacobian(sx, data.v)])
+    at = [data.t, data.q, data.v, data.u, data.par]
+    f = ca.Function("f", at, [curvature, ca.jacobian(sx, data.v)])
+    u = np.zeros(len(data.inputs))
     par = np.array([p.default for p in data.parameters])
     t0, q0, v0 = _numbers(data, par)
     rng = np.random.default_rng(0)
@@ -27,7 +32,8 @@ def check_affine(data: ModelData, equation: str, sx: ca.SX) -> None:
         v = v0 + rng.uniform(-1, 1, v0.size)
         if k >= 3 * _PROBES:
             q, v = (rng.uniform(0.3, 1.7, x.size) for x in (q0, v0))
-        draw = (t0, q0, v, par) if k == 0 else (t0 + rng.uniform(0, 1), q, v, par)
+        draw = (t0, q0, v, u, par) if k == 0 else (t0 + rng.uniform(0, 1), q, v, u, par)
+        u = rng.uniform(-1, 1, u.size)
         H, W = (np.asarray(x) for x in f(*draw))
         if not (np.all(np.isfinite(H)) and np.all(np.isfinite(W))):
             continue
@@ -200,7 +206,7 @@ def check_start_values(data: ModelData) -> None:
                 (f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q))
             )
         checks.append((f"gamma_F of '{c.name}'", c.gamma_F))
-    _check_coefficients(data, par)
+    _check_coefficients(data, (t0, q0, v0, u, par))
     at = [data.t, data.q, data.v, data.u, data.par]
     column = ca.vertcat(*(ca.vec(ca.densify(expr)) for _, expr in checks))
     found = np.asarray(ca.Function("f", at, [column])(t0, q0, v0, u, par)).ravel()
@@ -218,8 +224,8 @@ def check_start_values(data: ModelData) -> None:
             )
 
 
-def _check_coefficients(data: ModelData, par: np.ndarray) -> None:
-    """Raise if a coefficient of a law is out of its range with the default parameters."""
+def _check_coefficients(data: ModelData, start: Sequence[Any]) -> None:
+    """Raise if a coefficient of a law is out of its range at the initial state."""
     rows: list[tuple[str, str, ca.SX, float]] = []
     for c in data.contacts:
         rows += [(c.name, "mu", c.mu, np.inf), (c.name, "e_N", c.e_N, 1.0)]
@@ -227,7 +233,8 @@ def _check_coefficients(data: ModelData, par: np.ndarray) -> None:
         if c.mu_F is not None:
             rows += [(c.name, "mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
     column = ca.vertcat(ca.SX(0, 1), *(value for _, _, value, _ in rows))
-    numbers = np.asarray(ca.Function("laws", [data.par], [column])(par)).ravel()
+    at = [data.t, data.q, data.v, data.u, data.par]
+    numbers = np.asarray(ca.Function("laws", at, [column])(*start)).ravel()
     for (name, law, _, top), number in zip(rows, numbers, strict=True):
         if not 0 <= number <= top:
             raise ModelError(
@@ -239,7 +246,7 @@ def _check_coefficients(data: ModelData, par: np.ndarray) -> None:
     for c in data.contacts:
         if c.mu_F is None:
             continue
-        pair = np.asarray(ca.Function("mu", [data.par], [c.mu_F])(par)).ravel()
+        pair = np.asarray(ca.Function("mu", at, [c.mu_F])(*start)).ravel()
         if np.any(pair == 0) and np.any(pair > 0):
             raise ModelError(
                 data.name,

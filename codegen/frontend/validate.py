@@ -101,7 +101,7 @@ class _Freezer:
             gamma=self.blocks("velocity_constraint", model.velocity_constraints),
             g_blocks=tuple((name, len(e)) for name, e in model.constraints),
             gamma_blocks=tuple((name, len(e)) for name, e in model.velocity_constraints),
-            contacts=tuple(self.contact(c) for c in model.contacts),
+            contacts=tuple(self.contact(k, c) for k, c in enumerate(model.contacts)),
             outputs=tuple(
                 (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
             ),
@@ -132,7 +132,7 @@ class _Freezer:
             ("t", self.t, "time", "It must not depend on time"),
             ("q", self.q, "coordinate", "It must not depend on coordinates"),
             ("v", self.v, "velocity", _REMEDY_GAP if "g_N" in equation else _REMEDY_V),
-            ("u", self.u, "input", "Only forces, bounds and outputs may depend on inputs"),
+            ("u", self.u, "input", _REMEDY_U),
         ):
             if letter not in depends and ca.depends_on(sx, column):
                 names = [x.name() for x in ca.vertsplit(column) if ca.depends_on(sx, x)]
@@ -237,8 +237,8 @@ class _Freezer:
                     rows.append(self.affine(equation, expr))
         return ca.vertcat(ca.SX(0, 1), *rows)
 
-    def affine(self, equation: str, expr: Any) -> ca.SX:
-        sx = self.scalar(equation, expr, "tqvp")
+    def affine(self, equation: str, expr: Any, depends: str = "tqvp") -> ca.SX:
+        sx = self.scalar(equation, expr, depends)
         self.slips.append((equation, sx))
         self._check_depends(equation, sx, self.v, "velocity")
         return sx
@@ -252,9 +252,10 @@ class _Freezer:
                 "It restricts nothing: leave it out or correct it",
             )
 
-    def contact(self, c: ContactDeclaration) -> Contact:
+    def contact(self, k: int, c: ContactDeclaration) -> Contact:
         where = f"{c.kind} '{c.name}'"
         g_N = bound = guard = None
+        presser: int | None = k
         if c.g_N is not None:
             if isinstance(c.g_N, (list, tuple)):
                 raise ModelError(
@@ -262,7 +263,11 @@ class _Freezer:
                 )
             g_N = self.scalar(f"g_N of {where}", c.g_N, "tqp", smooth=True)
             self._check_depends(f"g_N of {where}", g_N, self.q, "coordinate")
+        elif c.pressed_by:
+            presser = [d.name for d in self.model.contacts].index(c.pressed_by)
+            c = replace(c, guard=self.model.contacts[presser].guard)
         else:
+            presser = None
             bound = self.scalar(f"bound of {where}", c.bound, "tqup")
             if is_number(c.bound) and float(c.bound) < 0:
                 raise ModelError(
@@ -271,7 +276,9 @@ class _Freezer:
         if c.guard is not None:
             guard = self.scalar(f"guard of {where}", c.guard, "tqp")
         rows = [
-            self.affine(f"gamma_F of {where}" + (f" [{k}]" if len(c.gamma_F) > 1 else ""), e)
+            self.affine(
+                f"gamma_F of {where}" + (f" [{k}]" if len(c.gamma_F) > 1 else ""), e, "tqvup"
+            )
             for k, e in enumerate(c.gamma_F)
         ]
         laws = {
@@ -298,6 +305,7 @@ class _Freezer:
             bound=bound,
             guard=guard,
             mu_F=mu_F,
+            presser=presser,
             **laws,
         )
 
@@ -310,7 +318,7 @@ class _Freezer:
                 raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
             if np.isfinite(number):
                 return ca.SX(number)
-        return self.scalar(equation, value, "p")
+        return self.scalar(equation, value, "tqvup")
 
     def coefficients(self, equation: str, pair: Sequence[Any], n_F: int) -> ca.SX:
         """Friction coefficients of both slip components."""
@@ -366,4 +374,9 @@ class _Freezer:
 
 
 _REMEDY_GAP = "A gap holds coordinates and time only; a velocity goes into gamma_F"
+_REMEDY_U = (
+    "An input may jump, and a place or a bilateral velocity cannot: it may stand in forces, "
+    "bounds, coefficients, slip velocities and outputs. A servo is friction with a bound whose "
+    "slip velocity is that of the joint less the commanded one"
+)
 _REMEDY_V = "Gaps and position constraints hold coordinates only: use a velocity_constraint"

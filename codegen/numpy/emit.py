@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from signorini import templates
-from signorini.codegen.derive.public import PUBLIC
+from signorini.codegen.derive.public import PUBLIC, arguments_of
 from signorini.codegen.derive.quantities import MATRICES, QUANTITIES, Derivation
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.codegen.frontend.model_data import ModelData, Parameter
@@ -61,7 +61,9 @@ def numpy_spec(data: ModelData) -> NumpySpec:
     """Derive and print all functions of a model."""
     d = Derivation(data)
     functions = tuple(
-        _function(d, name, arguments) for name, arguments in PUBLIC if d[name].numel()
+        _function(d, name, arguments_of(declared, d[name], data))
+        for name, declared in PUBLIC
+        if d[name].numel()
     )
     tables = tuple(
         NumpyTable(
@@ -87,7 +89,7 @@ def numpy_spec(data: ModelData) -> NumpySpec:
     )
 
 
-def _function(d: Derivation, name: str, arguments: str) -> NumpyFunction:
+def _function(d: Derivation, name: str, arguments: tuple[str, ...]) -> NumpyFunction:
     data = d.data
     value = d[name]
     rows, columns = value.shape

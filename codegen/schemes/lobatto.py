@@ -22,6 +22,7 @@ from signorini.codegen.program import (
     evaluate,
     inertia,
     jacobian,
+    point_of,
     restitution,
 )
 from signorini.codegen.schemes import Registered
@@ -108,7 +109,7 @@ class Lobatto:
     # --- helpers ---------------------------------------------------------------------------------
 
     def point(self, name: str, arguments: tuple[str, ...], fields: tuple[str, ...]) -> Point:
-        return Point(name, arguments, {field: self.d[field] for field in fields})
+        return point_of(self.d, name, arguments, {field: self.d[field] for field in fields})
 
     def a(self, i: int, j: int) -> float:
         return float(self.tableau.a[i][j])

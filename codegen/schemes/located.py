@@ -331,7 +331,7 @@ class _Located(Lobatto):
         at = {k: self.watched.at(self.memory, Place("watched"), k) for k in self.watched.fields}
         looked = (Ref("look_t"), Ref("look_q"), Ref("look_v"), Parameters())
         return (
-            Evaluate("watched", looked, Place("watched")),
+            evaluate(self.watched, looked, Place("watched")),
             Assembly(
                 "watch_assembly",
                 (
@@ -397,12 +397,13 @@ class _Located(Lobatto):
 
 
 def _contacts_of_slips(data: ModelData) -> list[tuple[int, int]]:
-    """Normal row (-1: friction with a given bound) and contact of every slip row."""
+    """Normal row that presses (-1: the bound is given) and contact of every slip row."""
     rows = []
-    normal = 0
+    normal: dict[int | None, int] = {None: -1}
     for k, c in enumerate(data.contacts):
-        rows += [(normal if c.g_N is not None else -1, k)] * c.n_F
-        normal += c.g_N is not None
+        if c.g_N is not None:
+            normal[k] = len(normal) - 1
+        rows += [(normal[c.presser], k)] * c.n_F
     return rows
 
 

@@ -21,6 +21,7 @@ from signorini.codegen.program import (
     evaluate,
     inertia,
     jacobian,
+    point_of,
     restitution,
 )
 from signorini.codegen.schemes import Registered
@@ -138,7 +139,8 @@ class AtMiddle:
         n = data.n_q
         self.n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
         self.h = memory.number("h")
-        values = Point(
+        values = point_of(
+            d,
             "end",
             ("t", "q", "v", "par"),
             {name: d[name] for name in ("p", *_END_ROWS, *_DIRECTIONS)},
@@ -189,7 +191,7 @@ class AtMiddle:
             ca.horzcat(*(begin[name] for name in _DIRECTIONS)),
             ("M at (t_m, q_m)", "W^T at (t_m, q_m), row by row"),
         )
-        self.guarded = tuple(c.g_N is not None or c.guard is not None for c in data.contacts)
+        self.guarded = tuple(c.presser is not None or c.guard is not None for c in data.contacts)
         self.start = self._start(opening, begin)
         self.record = Assembly(
             "stages",
@@ -258,7 +260,8 @@ def _closed(d: Derivation) -> ca.SX:
     """For every contact what must be >= 0 for it to act: -g_N, and its guard."""
     rows = []
     for c in d.data.contacts:
-        closed = ca.SX(0) if c.g_N is None else -c.g_N
+        gap = None if c.presser is None else d.data.contacts[c.presser].g_N
+        closed = ca.SX(0) if gap is None else -gap
         rows.append(closed if c.guard is None else ca.fmin(closed, c.guard))
     return ca.vertcat(ca.SX(0, 1), *rows)
 

@@ -381,6 +381,10 @@
 #define sg_is_gap slider_crank_own_sg_is_gap
 #undef sg_is_positive
 #define sg_is_positive slider_crank_own_sg_is_positive
+#undef sg_is_pressed
+#define sg_is_pressed slider_crank_own_sg_is_pressed
+#undef sg_is_sticking
+#define sg_is_sticking slider_crank_own_sg_is_sticking
 #undef sg_is_tried
 #define sg_is_tried slider_crank_own_sg_is_tried
 #undef sg_joins
@@ -441,6 +445,8 @@
 #define sg_move slider_crank_own_sg_move
 #undef sg_nearest_in_cones
 #define sg_nearest_in_cones slider_crank_own_sg_nearest_in_cones
+#undef sg_nearest_of_contact
+#define sg_nearest_of_contact slider_crank_own_sg_nearest_of_contact
 #undef sg_newton
 #define sg_newton slider_crank_own_sg_newton
 #undef sg_newton_direction
@@ -467,6 +473,8 @@
 #define sg_path_change slider_crank_own_sg_path_change
 #undef sg_path_factor
 #define sg_path_factor slider_crank_own_sg_path_factor
+#undef sg_path_friction
+#define sg_path_friction slider_crank_own_sg_path_friction
 #undef sg_path_next
 #define sg_path_next slider_crank_own_sg_path_next
 #undef sg_path_rates
@@ -485,6 +493,8 @@
 #define sg_phi_change slider_crank_own_sg_phi_change
 #undef sg_pivots_hold
 #define sg_pivots_hold slider_crank_own_sg_pivots_hold
+#undef sg_position
+#define sg_position slider_crank_own_sg_position
 #undef sg_prepare
 #define sg_prepare slider_crank_own_sg_prepare
 #undef sg_pressing
@@ -565,6 +575,8 @@
 #define sg_slipping_row slider_crank_own_sg_slipping_row
 #undef sg_slips
 #define sg_slips slider_crank_own_sg_slips
+#undef sg_slope
+#define sg_slope slider_crank_own_sg_slope
 #undef sg_slot_rate
 #define sg_slot_rate slider_crank_own_sg_slot_rate
 #undef sg_small

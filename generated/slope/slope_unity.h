@@ -381,6 +381,10 @@
 #define sg_is_gap slope_own_sg_is_gap
 #undef sg_is_positive
 #define sg_is_positive slope_own_sg_is_positive
+#undef sg_is_pressed
+#define sg_is_pressed slope_own_sg_is_pressed
+#undef sg_is_sticking
+#define sg_is_sticking slope_own_sg_is_sticking
 #undef sg_is_tried
 #define sg_is_tried slope_own_sg_is_tried
 #undef sg_joins
@@ -441,6 +445,8 @@
 #define sg_move slope_own_sg_move
 #undef sg_nearest_in_cones
 #define sg_nearest_in_cones slope_own_sg_nearest_in_cones
+#undef sg_nearest_of_contact
+#define sg_nearest_of_contact slope_own_sg_nearest_of_contact
 #undef sg_newton
 #define sg_newton slope_own_sg_newton
 #undef sg_newton_direction
@@ -467,6 +473,8 @@
 #define sg_path_change slope_own_sg_path_change
 #undef sg_path_factor
 #define sg_path_factor slope_own_sg_path_factor
+#undef sg_path_friction
+#define sg_path_friction slope_own_sg_path_friction
 #undef sg_path_next
 #define sg_path_next slope_own_sg_path_next
 #undef sg_path_rates
@@ -485,6 +493,8 @@
 #define sg_phi_change slope_own_sg_phi_change
 #undef sg_pivots_hold
 #define sg_pivots_hold slope_own_sg_pivots_hold
+#undef sg_position
+#define sg_position slope_own_sg_position
 #undef sg_prepare
 #define sg_prepare slope_own_sg_prepare
 #undef sg_pressing
@@ -565,6 +575,8 @@
 #define sg_slipping_row slope_own_sg_slipping_row
 #undef sg_slips
 #define sg_slips slope_own_sg_slips
+#undef sg_slope
+#define sg_slope slope_own_sg_slope
 #undef sg_slot_rate
 #define sg_slot_rate slope_own_sg_slot_rate
 #undef sg_small

@@ -39,9 +39,9 @@ static void sg_keep_forces(SG(work) * w) {
         for (d = 0; d < contact->components; ++d) {
             const int f = contact->friction + d;
             w->segment.force[SG_SLIP + f] += w->given[SG_N_GAMMA + f];
-            if (contact->normal >= 0) {
+            if (contact->pressing >= 0) {
                 w->segment.force[SG_SLIP + f] +=
-                    w->share[f] * w->segment.force[SG_NORMAL + contact->normal];
+                    w->share[f] * w->segment.force[SG_NORMAL + contact->pressing];
             }
         }
     }
@@ -95,8 +95,8 @@ static int sg_forces_fit(const SG(work) * w, int but) {
         if (k == but || !sg_holds(w, k)) {
             continue;
         }
-        if (contact->normal >= 0) {
-            const int n = SG_NORMAL + contact->normal;
+        if (contact->pressing >= 0) {
+            const int n = SG_NORMAL + contact->pressing;
             tolerance = SG_TOUCH * w->scales.percussion_scale[n];
             if (R[n] < -tolerance) {
                 return 0;
@@ -133,10 +133,12 @@ static void sg_say_sought(SG(work) * w) {
     int k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int n = sg_contacts[k].normal;
-        const int rubs = n < 0 || w->segment.mu[k] > SG_C(0.0);
-        const int stays =
-            w->found.exists[k] &&
-            (n < 0 || (w->segment.touching[k] && w->gap_rate[n] <= w->segment.rate_tolerance[n]));
+        const int presser = sg_contacts[k].presser;
+        const int rubs = presser < 0 || w->segment.mu[k] > SG_C(0.0);
+        const int touches =
+            n < 0 ? presser < 0 || w->found.active[presser]
+                  : w->segment.touching[k] && w->gap_rate[n] <= w->segment.rate_tolerance[n];
+        const int stays = w->found.exists[k] && touches;
         w->found.active[k] = stays;
         w->segment.mode[k] = !stays                           ? SG_K(OPEN)
                              : sg_contacts[k].components == 0 ? SG_K(CLOSED)
@@ -144,7 +146,7 @@ static void sg_say_sought(SG(work) * w) {
         if (stays && sg_contacts[k].components > 0 && sg_slip_size(w, k) > SG_C(1.0)) {
             sg_say_slip(w, k);
             w->mu[k] = SG_C(0.0);
-            w->found.exists[k] = n >= 0 || !rubs;
+            w->found.exists[k] = presser >= 0 || !rubs;
         }
     }
 }
@@ -155,8 +157,7 @@ static void sg_take_modes(SG(work) * w) {
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const sg_contact *contact = &sg_contacts[k];
         const int f = SG_SLIP + contact->friction;
-        if (contact->normal >= 0 && sg_holds(w, k) &&
-            w->rows.kind[SG_NORMAL + contact->normal] == SG_ROW_ZERO) {
+        if (!sg_is_pressed(w, 0, k)) {
             w->segment.mode[k] = SG_K(OPEN);
         }
         if (w->segment.mode[k] == SG_K(STICK) && sg_rubs(w, k) && w->rows.kind[f] == SG_ROW_SLIP) {

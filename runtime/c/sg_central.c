@@ -53,8 +53,9 @@ static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int 
         w->central.rows[row] += radius * s.slip[d] / s.size;
         w->central.rates[row] =
             -radius * s.slip[d] / s.size * (s.soft / s.size) * (s.scale / s.size);
-        if (contact->normal >= 0) {
-            w->system.LU[row * n + sg_normal_of(base, k)] += w->mu[k] * s.slip[d] / s.size;
+        if (contact->pressing >= 0) {
+            w->system.LU[row * n + base + SG_NORMAL + contact->pressing] +=
+                w->mu[k] * s.slip[d] / s.size;
         }
         for (j = 0; j < contact->components; ++j) {
             const real turn =
@@ -233,6 +234,7 @@ static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
                 w->rows.kind[normal] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
                 w->central.R[normal] = closed ? w->central.R[normal] : SG_C(0.0);
             }
+            closed = closed && sg_is_pressed(w, base, k);
             if (contact->components > 0) {
                 size = sg_friction_slip(w, k, &w->central.y[f], slip);
                 soft = SG_BLURRED * e * sg_over_axis(w, contact->friction, w->central.scale[f]);

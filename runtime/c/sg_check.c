@@ -79,10 +79,11 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int joins =
-                w->found.exists[k] && (contact->normal < 0 || !pr->follows || w->found.active[k]);
-            real floor = SG_C(0.0);
-            if (contact->normal >= 0 &&
-                !sg_check_normal_row(w, pr, &at, k, joins, &floor, &limit)) {
+                w->found.exists[k] && (contact->presser < 0 || !pr->follows || w->found.active[k]);
+            const real floor = contact->pressing < 0
+                                   ? SG_C(0.0)
+                                   : sg_normal_floor(w, pr, slot, SG_NORMAL + contact->pressing);
+            if (contact->normal >= 0 && !sg_check_normal_row(w, pr, &at, k, joins, &limit)) {
                 return 0;
             }
             if (contact->components > 0 &&

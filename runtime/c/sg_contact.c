@@ -11,13 +11,19 @@ static inline int sg_slip_of(int base, int k) { return base + SG_SLIP + sg_conta
 
 /* 1 if contact k takes part in the problem. */
 static inline int sg_joins(const SG(work) * w, const sg_problem *pr, int k) {
-    return w->found.exists[k] && (!pr->follows || w->found.active[k] || sg_contacts[k].normal < 0);
+    return w->found.exists[k] && (!pr->follows || w->found.active[k] || sg_contacts[k].presser < 0);
+}
+
+/* 1 if friction of contact k in a slot with first row `base` is pressed, or has a given bound. */
+static inline int sg_is_pressed(const SG(work) * w, int base, int k) {
+    const int pressing = sg_contacts[k].pressing;
+    return pressing < 0 || w->rows.kind[base + SG_NORMAL + pressing] == SG_ROW_FREE;
 }
 
 /* Slip components of contact k that friction acts on. */
 static inline int sg_rubbing(const SG(work) * w, int k) {
     const sg_contact *contact = &sg_contacts[k];
-    return contact->normal < 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
+    return contact->presser < 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
 }
 
 /* Root of the effective mass of percussion row k relative to the first inertia. */
@@ -54,9 +60,9 @@ static void sg_contact_rows(SG(work) * w, int problem) {
                 closed = closed && sg_signorini_closes(w, n, R[n]);
                 sg_signorini_row(w, n, R[n], closed);
             }
-            if (!closed || (contact->normal >= 0 && !(w->mu[k] > SG_C(0.0)))) {
+            if (!closed || !sg_is_pressed(w, base, k) || sg_rubbing(w, k) == 0) {
                 sg_friction_off(w, k, f, R);
-            } else if (contact->components > 0) {
+            } else {
                 sg_friction_rows(w, k, f, R, sg_max(sg_radius(w, base, k, R), SG_C(0.0)));
             }
         }
@@ -118,6 +124,7 @@ static void sg_say_held(SG(work) * w, const sg_problem *pr) {
                     closed && !(w->scales.r_auto[n] * w->y[n] > SG_BAND * w->scales.phi_floor[n]);
                 w->rows.kind[n] = closed ? SG_ROW_FREE : SG_ROW_ZERO;
             }
+            closed = closed && sg_is_pressed(w, base, k);
             for (d = 0; d < contact->components; ++d) {
                 w->rows.kind[f + d] = closed && d < sg_rubbing(w, k) ? SG_ROW_FREE : SG_ROW_ZERO;
             }
@@ -135,9 +142,9 @@ static int sg_into_cones(SG(work) * w, const sg_problem *pr) {
         real *R = &w->R[pr->R + base];
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
-            const int n = sg_normal_of(0, k);
+            const int n = SG_NORMAL + contact->pressing;
             const int f = sg_slip_of(0, k);
-            if (contact->normal >= 0 && contact->components > 0 &&
+            if (contact->pressing >= 0 && contact->components > 0 &&
                 w->rows.kind[base + n] == SG_ROW_FREE && w->rows.kind[base + f] == SG_ROW_FREE) {
                 /* a percussion of friction that weighs as much as a unit of the normal one */
                 const real unit =

@@ -6,10 +6,12 @@
    (g, gamma, N, F in turn), SG_N_CONTACTS contacts and friction elements, SG_N_BOUNDS given bounds.
  */
 
-/* One contact: row of its normal law (-1: friction with a given bound), first slip row, number of
-   slip components, index of its bound (-1: none), whether it has a guard. */
+/* One contact or friction element: row of its normal law (-1: none, an element), first slip row,
+   number of slip components, index of a given bound of its friction (-1: none), whether it has a
+   guard; the contact that presses its friction (itself, or another one before it; -1: the bound is
+   given) and that one's normal row; the next element that the same contact presses (-1: none). */
 typedef struct {
-    int normal, friction, components, bound, guarded;
+    int normal, friction, components, bound, guarded, presser, pressing, next;
 } sg_contact;
 
 /* Contact of a slip row, and the component of its slip velocity. */

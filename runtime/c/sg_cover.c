@@ -10,10 +10,12 @@ static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, 
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
-        int closed = sg_contacts[k].normal < 0;
+        /* friction elements act with the contact that presses them, which stands before them */
+        int closed = sg_contacts[k].normal < 0 &&
+                     (sg_contacts[k].presser < 0 || w->found.active[sg_contacts[k].presser]);
         int pushed = 0;
         const int n = SG_NORMAL + sg_contacts[k].normal;
-        for (slot = 0; slot < pr->n_slots && !closed; ++slot) {
+        for (slot = 0; slot < pr->n_slots && !closed && sg_contacts[k].normal >= 0; ++slot) {
             const int row = slot * SG_N_R + n;
             const real percussion = w->R[pr->R + row];
             const int last = slot + 1 == pr->n_slots;
@@ -212,8 +214,7 @@ static int sg_contact_state(const SG(work) * w, int k) {
     const int base = (pr->n_slots - 1) * SG_N_R;
     const int f = SG_SLIP + contact->friction;
     const real *slip = &w->found.y[pr->R + base + f];
-    if (contact->normal >= 0 &&
-        (!w->found.active[k] || w->rows.kind[base + SG_NORMAL + contact->normal] == SG_ROW_ZERO)) {
+    if (contact->presser >= 0 && (!w->found.active[k] || !sg_is_pressed(w, base, k))) {
         return SG_K(OPEN);
     }
     if (contact->components == 0) {

@@ -30,11 +30,11 @@ static void sg_lose(SG(work) * w, int why, int k) {
 static int sg_is_sharp(const SG(work) * w, const sg_problem *pr, int slot, int k) {
     const sg_contact *contact = &sg_contacts[k];
     const int base = slot * SG_N_R;
-    const int n = SG_NORMAL + contact->normal;
+    const int n = SG_NORMAL + contact->pressing;
     const int f = SG_SLIP + contact->friction;
     const real *R = &w->R[pr->R + base];
     const int takes_part = pr->follows ? w->found.active[k] : w->found.exists[k];
-    if (contact->normal < 0 || !takes_part) {
+    if (contact->pressing < 0 || !takes_part) {
         return 1;
     }
     if (w->rows.kind[base + n] == SG_ROW_ZERO) {
@@ -73,9 +73,9 @@ static real sg_row_forward(const SG(work) * w, const sg_problem *pr, int i) {
     if (c < 0 || w->rows.kind[i] == SG_ROW_FREE) {
         return w->scales.prox_r[i] * f->y[i];
     }
-    if (sg_contacts[sg_slips[c].contact].normal >= 0) {
+    if (sg_contacts[sg_slips[c].contact].pressing >= 0) {
         const int slot = i / SG_ROWS_OF_SLOT;
-        const int n = SG_NORMAL + sg_contacts[sg_slips[c].contact].normal;
+        const int n = SG_NORMAL + sg_contacts[sg_slips[c].contact].pressing;
         radius = f->mu[sg_slips[c].contact] * w->R[pr->R + slot * SG_N_R + n];
     } else {
         radius =

@@ -44,9 +44,9 @@ static real sg_event_value(const SG(work) * w, int what, int k, real *rate) {
  */
 static real sg_force_value(const SG(work) * w, int what, int k) {
     const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->normal;
-    const real radius = contact->normal >= 0 ? w->segment.mu[k] * w->segment.force[n]
-                                             : w->segment.bound[contact->bound];
+    const int n = SG_NORMAL + contact->pressing;
+    const real radius = contact->pressing >= 0 ? w->segment.mu[k] * w->segment.force[n]
+                                               : w->segment.bound[contact->bound];
     if (what == SG_FORCE_ENDS) {
         return w->segment.force[n];
     }
@@ -72,14 +72,14 @@ static int sg_may_happen(const SG(work) * w, int what, int k) {
         default:
             /* whether one that is open exists is asked when its gap closes */
             return contact->guarded && !w->segment.turned[k] &&
-                   (sg_holds(w, k) || contact->normal < 0);
+                   (contact->normal < 0 ? contact->presser < 0 : sg_holds(w, k));
     }
 }
 
 /* Round-off of an event function. */
 static real sg_event_floor(const SG(work) * w, int what, int k) {
     const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->normal;
+    const int n = SG_NORMAL + contact->pressing;
     const int f = SG_SLIP + contact->friction;
     switch (what) {
         case SG_GAP_CLOSES:
@@ -89,8 +89,8 @@ static real sg_event_floor(const SG(work) * w, int what, int k) {
         case SG_SLIP_BEGINS:
             return SG_FLOOR *
                    (w->scales.percussion_scale[f] +
-                    (contact->normal >= 0 ? w->segment.mu[k] * w->scales.percussion_scale[n]
-                                          : SG_C(0.0)));
+                    (contact->pressing >= 0 ? w->segment.mu[k] * w->scales.percussion_scale[n]
+                                            : SG_C(0.0)));
         case SG_SLIP_ENDS:
             return SG_FLOOR * w->scales.speed[f];
         default:

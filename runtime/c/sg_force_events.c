@@ -109,8 +109,8 @@ static int sg_sticks_clearly(const SG(work) * w, int k) {
     const sg_problem *pr = &sg_problems[SG_SEGMENT];
     const sg_contact *contact = &sg_contacts[k];
     const int f = SG_SLIP + contact->friction;
-    const real radius = contact->normal >= 0
-                            ? w->segment.mu[k] * w->segment.force[SG_NORMAL + contact->normal]
+    const real radius = contact->pressing >= 0
+                            ? w->segment.mu[k] * w->segment.force[SG_NORMAL + contact->pressing]
                             : w->segment.bound[contact->bound];
     real most = sg_friction_size(w, k, &w->segment.force[f]) / radius;
     real least = most;

@@ -116,7 +116,7 @@ static real sg_force_forward(const SG(work) * w, const sg_happening *event, int 
     const SG(directions) *d = &w->directions;
     const sg_contact *contact = &sg_contacts[event->contact];
     const real *force = &d->force[j * SG_N_R];
-    const int n = SG_NORMAL + contact->normal;
+    const int n = SG_NORMAL + contact->pressing;
     const int f = SG_SLIP + contact->friction;
     const real *F = &w->segment.force[f];
     const real size = sg_norm(contact->components, F);
@@ -125,9 +125,9 @@ static real sg_force_forward(const SG(work) * w, const sg_happening *event, int 
     if (event->what == SG_FORCE_ENDS) {
         return force[n];
     }
-    change = contact->normal >= 0 ? w->segment.mu[event->contact] * force[n] +
-                                        w->forward.mu[event->contact] * w->segment.force[n]
-                                  : d->bound[j * SG_N_BOUNDS + contact->bound];
+    change = contact->pressing >= 0 ? w->segment.mu[event->contact] * force[n] +
+                                          w->forward.mu[event->contact] * w->segment.force[n]
+                                    : d->bound[j * SG_N_BOUNDS + contact->bound];
     for (e = 0; e < contact->components; ++e) {
         change -= F[e] / size * force[f + e];
     }

@@ -137,7 +137,7 @@ static void sg_change_given(SG(work) * w, int j, real part, real longer, int for
             const int s = contact->friction + e;
             const real along = w->segment.direction[s];
             const real turn = d->direction[j * SG_N_F + s];
-            if (slips && contact->normal >= 0) {
+            if (slips && contact->presser >= 0) {
                 f->share[s] = -(f->mu[k] * along + w->segment.mu[k] * turn);
             } else if (slips) {
                 const real bound = w->segment.bound[contact->bound];
@@ -180,8 +180,8 @@ static void sg_forward_forces(SG(work) * w, const SG(params) * par, const SG(opt
             for (e = 0; e < contact->components; ++e) {
                 const int s = contact->friction + e;
                 force[SG_SLIP + s] += f->given[SG_N_GAMMA + s];
-                if (contact->normal >= 0) {
-                    const int n = SG_NORMAL + contact->normal;
+                if (contact->pressing >= 0) {
+                    const int n = SG_NORMAL + contact->pressing;
                     force[SG_SLIP + s] +=
                         f->share[s] * w->segment.force[n] + w->share[s] * force[n];
                 }
@@ -252,8 +252,8 @@ static void sg_forward_jump(SG(work) * w) {
         real radius = SG_C(0.0);
         real scale = SG_C(0.0);
         int jumps = 0;
-        if (contact->normal >= 0) {
-            const int n = SG_NORMAL + contact->normal;
+        if (contact->pressing >= 0) {
+            const int n = SG_NORMAL + contact->pressing;
             scale = w->scales.percussion_scale[n];
             radius = w->segment.mu[k] * R[n];
             jumps = R[n] < -(SG_STEEP * scale);

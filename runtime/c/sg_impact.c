@@ -104,7 +104,10 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
     int rests = 0;
     int status, k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
-        w->found.active[k] = w->segment.touching[k];
+        const int n = sg_contacts[k].normal;
+        const int presser = sg_contacts[k].presser;
+        w->found.active[k] =
+            n < 0 && presser >= 0 ? w->found.active[presser] : w->segment.touching[k];
         if (sg_strikes(w, k) && t - w->trial.t_impact[k] < SG_REST * w->segment.h) {
             rests = rests || w->e_N[k] > SG_C(0.0);
             w->e_N[k] = SG_C(0.0);
@@ -147,8 +150,10 @@ static int sg_modes_fit(const SG(work) * w, int but) {
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int n = sg_contacts[k].normal;
         const int mode = w->segment.mode[k];
+        const int presser = sg_contacts[k].presser;
         const int stays =
-            n < 0 || (w->segment.touching[k] && w->gap_rate[n] <= w->segment.rate_tolerance[n]);
+            n < 0 ? presser < 0 || sg_holds(w, presser)
+                  : w->segment.touching[k] && w->gap_rate[n] <= w->segment.rate_tolerance[n];
         if (mode == SG_K(UNKNOWN) || (sg_holds(w, k) && !w->found.exists[k])) {
             return 0;
         }

@@ -1,8 +1,9 @@
 #pragma once
 #include "sg_work.h"
 
-/* The radius of friction: mu R_N of the contact that is pressed, or a bound that the model gives as
-   a function of time, place and velocity. */
+/* The radius of friction: mu R_N of the contact that presses it, its own or another one (rolling
+   and drilling resistance, a brake shoe), or a bound that the model gives as a function of time,
+   place and velocity. */
 
 /* 1 where friction follows the normal percussion whatever sign that has: in a segment whose
    contacts keep their modes, so that it is smooth up to the event that ends it and beyond. */
@@ -18,8 +19,9 @@ static inline int sg_is_followed(const SG(work) * w) {
 /* Radius of contact k in a slot with first row `base`, for percussions R of the problem. */
 static inline real sg_radius(const SG(work) * w, int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
-    return contact->normal >= 0 ? w->mu[k] * R[base + SG_NORMAL + contact->normal]
-                                : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
+    return contact->pressing >= 0
+               ? w->mu[k] * R[base + SG_NORMAL + contact->pressing]
+               : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
 }
 
 /* Change of the given bound in row `row` along z; zero for rows of contacts. */

@@ -211,7 +211,8 @@ static real sg_friction_event(const SG(work) * w, int base, int k, real way, int
         return was == SG_SLIPS ? SG_HUGE : sg_path_zero(value, way * rate);
     } else {
         const real radius = sg_radius(w, base, k, w->path.R);
-        const real rate = contact->normal >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
+        const real rate =
+            contact->pressing >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
         real a = rate * rate;
         real b = SG_C(2.0) * way * radius * rate;
         real c = radius * radius;
@@ -242,8 +243,8 @@ static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
         }
     } else {
         const real radius = sg_radius(w, base, k, w->path.R);
-        growth = contact->normal >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
-        if (!(radius > SG_C(0.0)) && contact->normal >= 0) {
+        growth = contact->pressing >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
+        if (!(radius > SG_C(0.0)) && contact->pressing >= 0) {
             return growth; /* closed without any slip: still at the apex of its cone */
         }
         growth *= radius;

@@ -37,12 +37,12 @@ static inline int sg_check_friction(int n, const real *gamma, real speed, const 
                     sg_max(scale, bound) * floor + blur * slip, limit);
 }
 
-/* Slip rows of contact k in a slot, which takes part if `joins`; `floor` is the round-off of its
-   normal percussion. */
+/* Slip rows of contact k in a slot, which takes part if `joins`; `floor` is the round-off of the
+   normal percussion that presses it. */
 static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
                               int joins, real floor, const sg_limit *limit) {
     const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->normal;
+    const int n = SG_NORMAL + contact->pressing;
     const int f = SG_SLIP + contact->friction;
     const real *force = &at->R[f];
     const real *rate = &at->y[f];
@@ -60,7 +60,7 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
         return 1;
     }
     sg_check_in_disc(w, k, &force, &rate, in_disc, at_rate);
-    if (contact->normal < 0) {
+    if (contact->pressing < 0) {
         const int row = (pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS + contact->bound;
         radius = w->found.radius[row];
     } else {

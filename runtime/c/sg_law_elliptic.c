@@ -36,7 +36,7 @@ static inline int sg_elliptic_begin(SG(work) * w) {
     int d, k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int f = sg_contacts[k].friction;
-        const int rubs = sg_contacts[k].normal >= 0 && w->mu[k] > SG_C(0.0);
+        const int rubs = sg_contacts[k].pressing >= 0 && w->mu[k] > SG_C(0.0);
         for (d = 0; d < sg_contacts[k].components; ++d) {
             const real share = rubs ? w->mu_F[f + d] / w->mu[k] : SG_C(1.0);
             if (!(share > SG_C(0.0) && share <= SG_C(1.0))) {

@@ -10,7 +10,7 @@ static inline void sg_check_in_disc(const SG(work) * w, int k, const real **R, c
 #if SG_N_AXES > 0
     const sg_contact *contact = &sg_contacts[k];
     int d;
-    if (contact->normal < 0 || !(w->mu[k] > SG_C(0.0))) {
+    if (contact->pressing < 0 || !(w->mu[k] > SG_C(0.0))) {
         return;
     }
     for (d = 0; d < contact->components; ++d) {

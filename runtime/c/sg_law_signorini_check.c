@@ -22,17 +22,16 @@ static int sg_check_normal(real gap, real gap_scale, real gap_floor, real percus
             sg_small(percussion, scale, floor, limit));
 }
 
-/* Normal row of contact k in a slot, which takes part if `joins`. `*blur` becomes the round-off of
-   the percussion. */
+/* Normal row of contact k in a slot, which takes part if `joins`. */
 static int sg_check_normal_row(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
-                               int joins, real *blur, const sg_limit *limit) {
+                               int joins, const sg_limit *limit) {
     const int n = SG_NORMAL + sg_contacts[k].normal;
     const int gap = sg_is_gap(pr, at->slot, n);
     if (!joins) {
         return at->R[n] == SG_C(0.0);
     }
-    *blur = sg_normal_floor(w, pr, at->slot, n);
     return sg_check_normal(at->y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
                            gap ? w->scales.gap_floor[n] : SG_C(0.0), at->R[n],
-                           w->scales.percussion_scale[n], *blur, limit);
+                           w->scales.percussion_scale[n], sg_normal_floor(w, pr, at->slot, n),
+                           limit);
 }

@@ -5,6 +5,65 @@
    in the closure of the present contact state, in which contacts press, sticking friction stays in
    its cone and sliding friction on the cone's boundary, against the same slip. */
 
+/* Position of percussion `row` in the reduced system, not before `a`. */
+static int sg_position(const SG(work) * w, int a, int row) {
+    while (w->system.reduced[a] != row) {
+        ++a;
+    }
+    return a;
+}
+
+/* 1 if friction of contact k sticks in the slot with first row `base`. */
+static int sg_is_sticking(const SG(work) * w, int base, int k) {
+    return sg_contacts[k].components > 0 && w->rows.kind[sg_slip_of(base, k)] == SG_ROW_FREE;
+}
+
+/* Slope of the cone of contact k in scaled percussions, where it is round: the normal percussion
+   stands at a, friction at b. */
+static real sg_slope(const SG(work) * w, int k, int a, int b) {
+    return w->mu[k] * w->system.root_scale[a] /
+           sg_over_axis(w, sg_contacts[k].friction, w->system.root_scale[b]);
+}
+
+/* The normal percussion at a, of contact k, and all sticking friction that it presses: to the
+   nearest ones of which each lies in its cone. The normal percussion p is where
+   p - p_0 = sum mu_i max(0, |f_i| - mu_i p), concave on the right, so that Newton's iteration
+   rises to it; each friction is cut at mu_i p. */
+static void sg_nearest_of_contact(const SG(work) * w, int base, int k, int a, real *z) {
+    const real given = z[a];
+    real push = given;
+    real before;
+    int d, i;
+    do {
+        real weight = SG_C(1.0);
+        real pushed = given;
+        for (i = k; i >= 0; i = sg_contacts[i].next) {
+            if (sg_is_sticking(w, base, i)) {
+                const int b = sg_position(w, a, sg_slip_of(base, i));
+                const real mu = sg_slope(w, i, a, b);
+                const real size = sg_norm(sg_contacts[i].components, &z[b]);
+                if (size > mu * push) {
+                    weight += mu * mu;
+                    pushed += mu * size;
+                }
+            }
+        }
+        before = push;
+        push = pushed / weight;
+    } while (push > before);
+    z[a] = sg_max(before, SG_C(0.0));
+    for (i = k; i >= 0; i = sg_contacts[i].next) {
+        if (sg_is_sticking(w, base, i)) {
+            const int b = sg_position(w, a, sg_slip_of(base, i));
+            const real most = sg_slope(w, i, a, b) * z[a];
+            const real size = sg_norm(sg_contacts[i].components, &z[b]);
+            for (d = 0; d < sg_contacts[i].components && size > most; ++d) {
+                z[b + d] *= most / size;
+            }
+        }
+    }
+}
+
 /* Move scaled percussions to the nearest ones within their cones. */
 static void sg_nearest_in_cones(const SG(work) * w, const sg_problem *pr, real *z) {
     int a = 0; /* position in the reduced system, in the order in which sg_reduce fills it */
@@ -16,22 +75,12 @@ static void sg_nearest_in_cones(const SG(work) * w, const sg_problem *pr, real *
         }
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
-            const int f = base + SG_SLIP + contact->friction;
-            const int rubs = contact->components > 0 && w->rows.kind[f] != SG_ROW_ZERO;
-            const int sticks = rubs && w->rows.kind[f] == SG_ROW_FREE;
-            if (contact->normal >= 0 &&
-                w->rows.kind[base + SG_NORMAL + contact->normal] == SG_ROW_FREE) {
-                real *push = &z[a];
+            const int rubs =
+                contact->components > 0 && w->rows.kind[sg_slip_of(base, k)] != SG_ROW_ZERO;
+            if (contact->normal >= 0 && w->rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
+                sg_nearest_of_contact(w, base, k, a, z);
                 ++a;
-                if (sticks) {
-                    /* in these scales the cone is round */
-                    const real mu = w->mu[k] * w->system.root_scale[a - 1] /
-                                    sg_over_axis(w, contact->friction, w->system.root_scale[a]);
-                    (void)sg_into_cone(contact->components, mu, SG_C(1.0), SG_C(1.0), push, &z[a]);
-                } else {
-                    *push = sg_max(*push, SG_C(0.0));
-                }
-            } else if (contact->normal < 0 && sticks) {
+            } else if (contact->presser < 0 && sg_is_sticking(w, base, k)) {
                 const real radius =
                     w->radius[slot * SG_N_BOUNDS + contact->bound] / w->system.root_scale[a];
                 const real size = sg_norm(contact->components, &z[a]);
@@ -170,10 +219,7 @@ static int sg_may_depend(const SG(work) * w, const sg_problem *pr) {
             acting += w->rows.kind[slot * SG_N_R + c] != SG_ROW_ZERO;
         }
         for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            acting += contact->normal >= 0
-                          ? w->rows.kind[slot * SG_N_R + SG_NORMAL + contact->normal] == SG_ROW_FREE
-                          : 1;
+            acting += sg_is_pressed(w, slot * SG_N_R, k);
         }
         if (acting > 1) {
             return 1;

@@ -12,14 +12,21 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
                                SG(info) * info, const sg_happening *event);
 #endif
 
+/* Contact k opens, and all friction that it presses with it. */
+static void sg_impose_open(SG(work) * w, int k) {
+    for (; k >= 0; k = sg_contacts[k].next) {
+        w->segment.mode[k] = SG_K(OPEN);
+    }
+}
+
 /* What an event does to its contact before modes are chosen; -1 if they are to be sought. */
 static int sg_impose(SG(work) * w, const sg_happening *event) {
     const int k = event->contact;
     const sg_contact *contact = &sg_contacts[k];
-    int d;
+    int d, i;
     switch (event->what) {
         case SG_FORCE_ENDS:
-            w->segment.mode[k] = SG_K(OPEN);
+            sg_impose_open(w, k);
             return k;
         case SG_SLIP_BEGINS:
             for (d = 0; d < contact->components; ++d) {
@@ -34,8 +41,10 @@ static int sg_impose(SG(work) * w, const sg_happening *event) {
                     : SG_K(SLIP);
             return k;
         case SG_GUARD_TURNS:
-            w->segment.turned[k] = w->segment.exists[k] ? SG_TURNED_OFF : SG_TURNED_ON;
-            w->segment.mode[k] = SG_K(OPEN);
+            sg_impose_open(w, k);
+            for (i = k; i >= 0; i = sg_contacts[i].next) {
+                w->segment.turned[i] = w->segment.exists[i] ? SG_TURNED_OFF : SG_TURNED_ON;
+            }
             return -1;
         default:
             return -1;

@@ -21,7 +21,7 @@ static inline int sg_holds(const SG(work) * w, int k) { return w->segment.mode[k
 /* 1 if friction of contact k acts in the segment. */
 static inline int sg_rubs(const SG(work) * w, int k) {
     return sg_holds(w, k) && sg_contacts[k].components > 0 &&
-           (sg_contacts[k].normal < 0 || w->segment.mu[k] > SG_C(0.0));
+           (sg_contacts[k].presser < 0 || w->segment.mu[k] > SG_C(0.0));
 }
 
 /* Row kinds of a problem in which every contact keeps its mode. Friction is known at the first
@@ -58,10 +58,10 @@ static void sg_say_shares(SG(work) * w, real part) {
         const int slips = sg_rubs(w, k) && sg_slips_in(w->segment.mode[k]);
         for (d = 0; d < contact->components; ++d) {
             const int f = contact->friction + d;
-            w->share[f] = slips && contact->normal >= 0
+            w->share[f] = slips && contact->presser >= 0
                               ? -(w->segment.mu[k] * w->segment.direction[f])
                               : SG_C(0.0);
-            if (slips && contact->normal < 0) {
+            if (slips && contact->presser < 0) {
                 w->given[SG_N_GAMMA + f] =
                     -(part * w->segment.bound[contact->bound] * w->segment.direction[f]);
             }

@@ -22,17 +22,18 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int f = sg_slip_of(0, k);
-            if (sg_joins(w, pr, k)) {
+            const int opens = contact->normal >= 0 || contact->presser < 0;
+            if (sg_joins(w, pr, k) && contact->components == 2 && turn > 0) {
+                /* once there is a point to go by, it tells the direction of slip */
+                (void)sg_friction_slip(w, k, &w->y[base + f], &w->rows.slip[base + f]);
+            }
+            if (sg_joins(w, pr, k) && opens) {
                 /* irregular multiples, so that symmetric contacts close one after the other */
                 const int row = contact->normal >= 0 ? SG_NORMAL + contact->normal : f;
                 const real push =
                     SG_FABS(w->system.S[(base + row) * (n + 1)]) * w->scales.percussion_scale[row];
                 w->path.d[base + row] = sg_max(push, SG_FABS(w->linear.y_0[base + row])) *
                                         sg_irregular((slot * SG_N_CONTACTS + k + 1) * (turn + 1));
-                if (contact->components == 2 && turn > 0) {
-                    /* once there is a point to go by, it tells the direction of slip */
-                    (void)sg_friction_slip(w, k, &w->y[base + f], &w->rows.slip[base + f]);
-                }
                 if (contact->normal < 0 && contact->components > 0) {
                     w->rows.kind[base + f] = SG_ROW_SLIP;
                     w->rows.slip[base + f] = SG_C(1.0);
@@ -72,7 +73,7 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
         const int base = row - row % SG_ROWS_OF_SLOT;
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const int f = base + SG_SLIP + sg_contacts[k].friction;
-            if (sg_contacts[k].normal < 0 || row != base + SG_NORMAL + sg_contacts[k].normal) {
+            if (sg_contacts[k].pressing < 0 || row != base + SG_NORMAL + sg_contacts[k].pressing) {
                 continue;
             }
             for (d = 0; d < sg_contacts[k].components; ++d) {
@@ -102,10 +103,10 @@ static void sg_path_solve(SG(work) * w, const sg_problem *pr, int m, const real 
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int f = slot * SG_N_R + SG_SLIP + contact->friction;
-            for (d = 0; d < contact->components && contact->normal >= 0; ++d) {
+            for (d = 0; d < contact->components && contact->pressing >= 0; ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
                     R[f + d] = -w->mu[k] * w->rows.slip[f + d] *
-                               R[slot * SG_N_R + SG_NORMAL + contact->normal];
+                               R[slot * SG_N_R + SG_NORMAL + contact->pressing];
                 }
             }
         }
@@ -127,7 +128,7 @@ static real sg_path_begin(SG(work) * w, const sg_problem *pr) {
     for (slot = 0; slot < pr->n_slots; ++slot) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const int f = slot * SG_N_R + SG_SLIP + sg_contacts[k].friction;
-            for (d = 0; d < sg_contacts[k].components && sg_contacts[k].normal < 0; ++d) {
+            for (d = 0; d < sg_contacts[k].components && sg_contacts[k].pressing < 0; ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
                     w->path.R[f + d] =
                         -sg_radius(w, slot * SG_N_R, k, w->path.R) * w->rows.slip[f + d];
@@ -194,7 +195,7 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
             if (contact->normal >= 0) {
                 when[0] = sg_signorini_event(w, n, way, was, &what[0]);
             }
-            if (sg_rubbing(w, k) > 0 && what[0] == SG_OPENS) {
+            if (sg_rubbing(w, k) > 0 && sg_is_pressed(w, base, k)) {
                 when[1] = sg_friction_event(w, base, k, way, was, &what[1]);
             }
             for (d = 0; d < 2; ++d) {
@@ -209,29 +210,39 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
     }
 }
 
-/* Carry out a change of state. */
-static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
-    const int k = event->contact;
-    const int base = event->slot * SG_N_R;
+/* What a change of state does to the friction of contact k. */
+static void sg_path_friction(SG(work) * w, int base, int k, int what, real way) {
     const int f = sg_slip_of(base, k);
     const int components = sg_rubbing(w, k);
     int d;
-    if (event->what == SG_OPENS || event->what == SG_CLOSES) {
-        w->rows.kind[sg_normal_of(base, k)] = event->what == SG_OPENS ? SG_ROW_ZERO : SG_ROW_FREE;
-    }
     for (d = 0; d < components; ++d) {
-        w->rows.kind[f + d] = event->what == SG_OPENS    ? SG_ROW_ZERO
-                              : event->what == SG_STICKS ? SG_ROW_FREE
-                                                         : SG_ROW_SLIP;
+        w->rows.kind[f + d] = what == SG_OPENS    ? SG_ROW_ZERO
+                              : what == SG_STICKS ? SG_ROW_FREE
+                                                  : SG_ROW_SLIP;
     }
-    if (components > 0 && (event->what == SG_CLOSES || event->what == SG_SLIPS)) {
-        sg_friction_slips(w, base, k, event->what, way);
+    if (components > 0 && (what == SG_CLOSES || what == SG_SLIPS)) {
+        sg_friction_slips(w, base, k, what, way);
     }
+    for (d = 0; d < sg_contacts[k].components && what == SG_OPENS; ++d) {
+        w->path.R[f + d] = SG_C(0.0);
+    }
+}
+
+/* Carry out a change of state. A contact that opens or closes takes all friction along that it
+   presses. */
+static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
+    const int base = event->slot * SG_N_R;
+    int k = event->contact;
+    if (event->what == SG_STICKS || event->what == SG_SLIPS) {
+        sg_path_friction(w, base, k, event->what, way);
+        return;
+    }
+    w->rows.kind[sg_normal_of(base, k)] = event->what == SG_OPENS ? SG_ROW_ZERO : SG_ROW_FREE;
     if (event->what == SG_OPENS) {
         w->path.R[sg_normal_of(base, k)] = SG_C(0.0);
-        for (d = 0; d < sg_contacts[k].components; ++d) {
-            w->path.R[f + d] = SG_C(0.0);
-        }
+    }
+    for (; k >= 0; k = sg_contacts[k].next) {
+        sg_path_friction(w, base, k, event->what, way);
     }
 }
 

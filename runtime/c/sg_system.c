@@ -6,11 +6,11 @@
 /* The system reduced to the percussions: velocities are eliminated, and with them what needs no
    pivoting. */
 
-/* Percussion of the contact that presses slip row k, -1 for other rows. */
+/* Normal percussion that presses slip row k, -1 for other rows. */
 static inline int sg_pressing(int k) {
     const int c = k % SG_ROWS_OF_SLOT - SG_SLIP;
-    const int normal = c < 0 ? -1 : sg_contacts[sg_slips[c].contact].normal;
-    return normal < 0 ? -1 : k / SG_ROWS_OF_SLOT * SG_N_R + SG_NORMAL + normal;
+    const int pressing = c < 0 ? -1 : sg_contacts[sg_slips[c].contact].pressing;
+    return pressing < 0 ? -1 : k / SG_ROWS_OF_SLOT * SG_N_R + SG_NORMAL + pressing;
 }
 
 /* Change of phi in row `row` of the reduced system for given changes of the kinematic rows, the
@@ -25,7 +25,8 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         const int pressed = column >= 0 && column == sg_pressing(row) &&
                             (w->R[pr->R + column] >= SG_C(0.0) || sg_is_followed(w));
         const real mine = pressed ? w->mu[k] : SG_C(0.0);
-        return sg_friction_change(w, row, dy, sg_contacts[k].normal < 0 ? d_radius : mine, column);
+        return sg_friction_change(w, row, dy, sg_contacts[k].pressing < 0 ? d_radius : mine,
+                                  column);
     }
 }
 

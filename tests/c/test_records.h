@@ -177,14 +177,34 @@ static void test_stable_step(void) {
     }
 }
 
+/* What the projection took away lies in the polar of the cone of contact k, whose normal percussion
+   stands at a: no percussion in the cone has a component along it. */
+static void ensure_polar(int base, int k, int a, const double before[], const double z[]) {
+    double most = before[a] - z[a];
+    int d, i;
+    for (i = k; i >= 0; i = sg_contacts[i].next) {
+        if (sg_is_sticking(&work, base, i)) {
+            const int b = sg_position(&work, a, sg_slip_of(base, i));
+            double away[2];
+            for (d = 0; d < sg_contacts[i].components; ++d) {
+                away[d] = before[b + d] - z[b + d];
+            }
+            most += sg_slope(&work, i, a, b) * sg_norm(sg_contacts[i].components, away);
+            ENSURE(sg_norm(sg_contacts[i].components, &z[b]) <=
+                   sg_slope(&work, i, a, b) * z[a] + 1e-12);
+        }
+    }
+    ENSURE(most <= 1e-12);
+}
+
 /* Nearest percussions in the cones: inside, the same when asked again, at a right angle to what was
-   taken away, for all kinds of rows. */
+   taken away, and that in the polar of the cone, for all kinds of rows. */
 static void test_nearest_in_cones(void) {
     const sg_problem *pr = &sg_problems[0];
     int run;
     for (run = 0; run < 200; ++run) {
         double z[2 * ROWS], before[2 * ROWS], again[2 * ROWS], across = 0.0;
-        int a, c, k, d, slot;
+        int a, c, k, d, slot, n;
         for (a = 0; a < pr->n_slots * SG_N_R; ++a) {
             work.rows.kind[a] = uniform() > 0.0 ? SG_ROW_FREE : SG_ROW_ZERO;
             work.system.root_scale[a] = 1.0;
@@ -199,8 +219,27 @@ static void test_nearest_in_cones(void) {
                                                       : SG_ROW_ZERO;
                 }
                 work.mu[k] = 0.5 + 0.4 * uniform();
-                if (sg_contacts[k].normal < 0) {
+                if (sg_contacts[k].bound >= 0) {
                     work.radius[slot * SG_N_BOUNDS + sg_contacts[k].bound] = 0.6 + 0.5 * uniform();
+                }
+            }
+        }
+        for (n = 0, slot = 0; slot < pr->n_slots; ++slot) {
+            const int base = slot * SG_N_R;
+            for (c = 0; c < SG_NORMAL; ++c) {
+                if (work.rows.kind[base + c] != SG_ROW_ZERO) {
+                    work.system.reduced[n++] = base + c;
+                }
+            }
+            for (k = 0; k < SG_N_CONTACTS; ++k) {
+                if (sg_contacts[k].normal >= 0 &&
+                    work.rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
+                    work.system.reduced[n++] = sg_normal_of(base, k);
+                }
+                for (d = 0; d < sg_contacts[k].components; ++d) {
+                    if (work.rows.kind[sg_slip_of(base, k) + d] != SG_ROW_ZERO) {
+                        work.system.reduced[n++] = sg_slip_of(base, k) + d;
+                    }
                 }
             }
         }
@@ -215,5 +254,14 @@ static void test_nearest_in_cones(void) {
             across += (before[a] - z[a]) * z[a];
         }
         ENSURE(across > -1e-12);
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            for (k = 0; k < SG_N_CONTACTS; ++k) {
+                const int base = slot * SG_N_R;
+                if (sg_contacts[k].normal >= 0 &&
+                    work.rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
+                    ensure_polar(base, k, sg_position(&work, 0, sg_normal_of(base, k)), before, z);
+                }
+            }
+        }
     }
 }

@@ -31,7 +31,9 @@ static void check_linear_laws(int problem, double tolerance, int turns) {
                 const double push = work.system.dy[row] / fabs(work.system.S[row * (n + 1)]);
                 ENSURE(R[row] >= -small && push >= -small);
                 ENSURE(fmin(fabs(R[row]), fabs(push)) <= small);
-                radius = work.mu[k] * R[row];
+            }
+            if (sg_contacts[k].pressing >= 0) {
+                radius = work.mu[k] * R[base + SG_NORMAL + sg_contacts[k].pressing];
             } else {
                 radius = fmax(work.radius[slot * SG_N_BOUNDS + sg_contacts[k].bound], 0.0);
             }

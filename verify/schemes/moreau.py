@@ -91,15 +91,16 @@ class MoreauReference(Reference):
         mu_F = self.mu_F(*at)
         bounds = np.maximum(self.e.value("bound", *middle, v, u, par), 0)
         normal, friction = [], []
-        for k, (n, f, bound) in enumerate(self.rows):
+        acting: dict[int, bool] = {}
+        for k, (n, f, bound, p) in enumerate(self.rows):
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
-            radius = 0.0
-            if n is None:
+            if n is not None:
+                acting[n] = exists and gaps[n - self.n_bilateral] <= 0
+                normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if acting[n] else P[n])
+            if p is None:
                 radius = h * bounds[bound]
             else:
-                closed = exists and gaps[n - self.n_bilateral] <= 0
-                normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if closed else P[n])
-                radius = mu[k] * max(P[n], 0.0) if closed else 0.0
+                radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
             friction.append(self.friction(k, P[f], np.asarray(xi[f], float), radius, r, mu_F))
         return {
             "end": momentum,
@@ -116,7 +117,7 @@ class MoreauReference(Reference):
         sizes = super().sizes(whole, t, q, v, u, par, h, r)
         s = self.s
         per_friction, first = [], 0
-        for _, f, _ in self.rows:
+        for _, f, _, _ in self.rows:
             width = f.stop - f.start
             per_friction.append(sizes["friction"][first : first + width])
             first += s * width
