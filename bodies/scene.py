@@ -215,6 +215,7 @@ class Scene:
         friction: bool = True,
         rolling: Any = None,
         drilling: Any = None,
+        coupling: str | None = None,
     ) -> None:
         """Contact between two things.
 
@@ -232,6 +233,8 @@ class Scene:
             contact carries a torque of up to that radius times its normal force, against the
             relative angular velocity along the tangents or along the normal. See
             `Model.contact`.
+        coupling : {None, "contensou"}
+            Whether sliding and drilling are one law, as in `Model.contact`.
 
         Raises
         ------
@@ -268,7 +271,15 @@ class Scene:
             if drilling is not None:
                 laws["drilling"] = (drilling, dot(kinematics.normal, spin))
         self.model.contact(
-            name, g_N=kinematics.gap, gamma_F=gamma_F, mu=mu, e_N=e_N, e_F=e_F, guard=guard, **laws
+            name,
+            g_N=kinematics.gap,
+            gamma_F=gamma_F,
+            mu=mu,
+            e_N=e_N,
+            e_F=e_F,
+            guard=guard,
+            coupling=coupling,
+            **laws,
         )
 
     def rolling(self, name: str, one: Round | Ellipsoid, other: Plane | Round) -> None:

@@ -541,7 +541,7 @@ def slip_rows(d: Derivation) -> list[tuple[int, int, int]]:
     """(first slip row, components, bound index) of every friction element with a given bound."""
     rows, first, bound = [], 0, 0
     for c in d.data.contacts:
-        if c.presser is None:
+        if c.bound is not None:
             rows.append((first, c.n_F, bound))
             bound += 1
         first += c.n_F
@@ -556,7 +556,9 @@ def restitution(
     normal = first = 0
     for k, c in enumerate(d.data.contacts):
         if c.g_N is not None:
-            xi_N.append(e_N[k] * g_N_dot[normal])
+            # what goes one way is struck only where it comes backwards
+            before = ca.fmin(g_N_dot[normal], 0) if c.one_way else g_N_dot[normal]
+            xi_N.append(e_N[k] * before)
             normal += 1
         xi_F += [e_F[k] * gamma_F[first + j] for j in range(c.n_F)]
         first += c.n_F

@@ -51,7 +51,7 @@ def violations(
         rows = [c["name"] for c in stepper.manifest["contacts"] if c["normal"] >= 0]
         guard = at("guard")
         exists = [
-            not c["guarded"] or guard[k] >= 0
+            not c["one_way"] and (not c["guarded"] or guard[k] >= 0)
             for k, c in enumerate(stepper.manifest["contacts"])
             if c["normal"] >= 0
         ]
@@ -99,7 +99,9 @@ def project(
                 (k, c) for k, c in enumerate(stepper.manifest["contacts"]) if c["normal"] >= 0
             ]
             guard = at("guard", q, v)
-            exists = np.array([not c["guarded"] or guard[k] >= 0 for k, c in contacts])
+            exists = np.array(
+                [not c["one_way"] and (not c["guarded"] or guard[k] >= 0) for k, c in contacts]
+            )
             violated = (gaps < 0) & exists
             rows.append(gaps[violated])
             columns.append(at("W_N", q, v)[:, violated])

@@ -123,6 +123,7 @@ class _Contacts:
             if c["presser"] >= 0:
                 self.closed[:, k] = self.closed[:, c["presser"]]
         self.unilateral = np.flatnonzero(unilateral)
+        self.places = [k for k in self.unilateral if not self.rows[k]["one_way"]]
 
     def states(self) -> np.ndarray:
         """0 open, 1 sticks, 2 slips: at the end of every step."""
@@ -154,7 +155,8 @@ class _Contacts:
 
     def smallest_gap(self) -> float:
         """At the stages of all steps of contacts that exist."""
-        gaps = np.where(self.exists[:, None, self.unilateral], self.g_N, np.inf)
+        rows = [self.rows[k]["normal"] for k in self.places]
+        gaps = np.where(self.exists[:, None, self.places], self.g_N[..., rows], np.inf)
         return float(gaps[:, 1:].min(initial=np.inf))
 
     def complementarity(self) -> float:
@@ -163,11 +165,14 @@ class _Contacts:
         for k in self.unilateral:
             at = self.exists[:, k] & self.whole
             n = self.rows[k]["normal"]
-            gap = self.g_N[at, 1:, n] / (self.h * self.speed)
+            time = 1.0 if self.rows[k]["one_way"] else self.h
+            gap = self.g_N[at, 1:, n] / (time * self.speed)
             R = self.traj.R_N[at, :-1, n] / self.R_top
             worst = max(worst, _complementary(gap, R))
             before, after = self.traj.g_N_dot[:-1][at, n], self.traj.g_N_dot[1:][at, n]
             P = self.traj.P_N[1:][at, n]
+            if self.rows[k]["one_way"]:
+                before = np.minimum(before, 0)
             xi = (after + self.e_N[at, k] * before) / self.speed
             worst = max(worst, _complementary(np.where(P > 0, xi, 1.0), P / self.P_top))
         return worst

@@ -12,7 +12,9 @@ import sympy as sp
 ROOT = Path(__file__).resolve().parent.parent
 
 
-PAGES = [f"docs/{name}.md" for name in ("overview", "bodies", "laws", "seeing", "tutorial", "howto")]
+PAGES = [
+    f"docs/{name}.md" for name in ("overview", "bodies", "laws", "seeing", "tutorial", "howto")
+]
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -10,7 +10,14 @@ import signorini as sg
 import sympy as sp
 from signorini.bodies import Planar, Round, inertia
 from signorini.codegen.frontend.validate import freeze
-from signorini.models import roller, rolling_ball, servo, stribeck_oscillator
+from signorini.models import (
+    freewheel,
+    roller,
+    rolling_ball,
+    screw_jack,
+    servo,
+    stribeck_oscillator,
+)
 
 Build = Callable[..., sg.Stepper]
 G = 9.81
@@ -322,3 +329,256 @@ def test_restitution_of_the_approach_speed(stepper: Build) -> None:
         assert struck == pytest.approx(t, abs=1e-12)
         v = v / (1 + v / 2)
         t += 2 * v / G
+
+
+# --- one way -------------------------------------------------------------------------------------
+
+
+def steps_forward() -> tuple[float, float]:
+    """Period and advance of the freewheel in one, from its closed form."""
+    from scipy.optimize import brentq
+
+    J, T, M, Omega = 0.2, 3.0, 1.0, 10.0
+    t_1 = np.arcsin(M / T) / Omega
+
+    def omega(t: float) -> float:
+        return (T * (np.cos(Omega * t_1) - np.cos(Omega * t)) / Omega - M * (t - t_1)) / J
+
+    t_2 = brentq(omega, t_1 + 0.1, t_1 + 2 * np.pi / Omega)
+    turned = T * np.cos(Omega * t_1) * (t_2 - t_1) / Omega
+    turned -= T * (np.sin(Omega * t_2) - np.sin(Omega * t_1)) / Omega**2
+    return 2 * np.pi / Omega, float((turned - M * (t_2 - t_1) ** 2 / 2) / J)
+
+
+def test_a_freewheel_goes_forward_in_steps(stepper: Build) -> None:
+    """The advance of three periods, to second order; it never turns back, and holds by what the
+    brake and the torque ask for."""
+    period, advance = steps_forward()
+    errors = []
+    for n in (157, 628):
+        run = stepper(freewheel.model, 2).simulate(dt=period / n, t_end=3 * period * (1 + 1e-12))
+        errors.append(abs(run.q[-1, 0] - 3 * advance))
+        assert run.v.min() > -1e-14
+    assert errors[1] < min(2e-5, errors[0] / 4)
+    held = np.flatnonzero(run["clutch.state"] == "closed")
+    torque = 1 - 3 * np.sin(10 * (run.t[held] - period / n / 2))
+    inside = np.diff(held, prepend=-9) == 1  # but for the step in which it is caught
+    assert run["clutch.force_N"][held][inside][5:] == pytest.approx(torque[inside][5:], abs=0.02)
+
+
+def test_a_freewheel_is_struck_backwards(stepper: Build) -> None:
+    """Newton's law at once: omega_+ = -e omega_-."""
+    run = stepper(freewheel.model, 2).simulate(
+        dt=1e-4, t_end=1e-3, v0=[-2], parameters={"e_N": 0.5, "M": 0.0, "T": 0.0}
+    )
+    assert run.v[1:, 0] == pytest.approx(1)
+    assert run["clutch.force_N"][1] * 1e-4 == pytest.approx(0.2 * 3)
+
+
+def ratchets() -> sg.Model:
+    """Velocities that go one way, along directions that turn with the place and the time, next to
+    a contact."""
+    m = sg.Model("ratchets")
+    x, y = m.coordinates("x y")
+    v_x, v_y = m.velocities
+    mass, e = m.parameters(mass=0.8, e=0.3)
+    m.lagrangian = mass * (v_x**2 + 2 * v_y**2) / 2 + v_x * v_y * sp.cos(x) / 4 - 3 * y
+    m.one_way("slope", v_x * sp.cos(y) + v_y * sp.sin(x) + sp.sin(m.time) / 5, e_N=e)
+    m.contact("floor", g_N=y + sp.cos(x) / 10, gamma_F=v_x, mu=0.4, e_N=0.2)
+    m.one_way("late", -v_x, guard=x - sp.Rational(1, 10))
+    m.initial_state(q=[0.1, 0.2], v=[0.3, 0])
+    m.suggest(dt=1e-3, t_end=1)
+    return m
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("options", [{}, {"scheme": "moreau"}, {"precision": "float"}])
+def test_one_way_velocities_are_checked(options: dict[str, Any]) -> None:
+    report = sg.check(ratchets(), stages=(2, 3) if not options else (2,), **options)
+    assert report.passed, str(report)
+
+
+@pytest.mark.parametrize("make", [freewheel.model, screw_jack.model])
+def test_what_cannot_be_located_says_so(make: Callable[[], sg.Model]) -> None:
+    with pytest.raises(sg.GenerationError, match=r"Use events='captured'"):
+        sg.build(make(), stages=2, events="located")
+
+
+# --- friction under the load of a constraint -----------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [0.999, 1.001])
+def test_a_screw_holds_iff_mu_exceeds_its_lead(stepper: Build, share: float) -> None:
+    run = stepper(screw_jack.model, 2).simulate(
+        dt=1e-3, t_end=0.1, parameters={"mu": share * np.tan(0.25)}
+    )
+    if share > 1:
+        assert np.abs(run.q).max() < 1e-15
+        assert run["flank.state"][-1] == "stick"
+    else:
+        s, c = np.sin(0.25), np.cos(0.25)
+        mu = share * np.tan(0.25)
+        along = 100 / (2 * s + 1e-3 / 0.02**2 * c * (c + mu * s) / (s - mu * c))
+        assert run.v[-1, 0] == pytest.approx(-along * s * 0.1, rel=1e-9)
+
+
+def hoop() -> sg.Model:
+    """A bead on a horizontal rough hoop: its reaction has two components, weight and bend."""
+    m = sg.Model("hoop")
+    x, y, z = m.coordinates("x y z")
+    v_x, v_y, v_z = m.velocities
+    mass, R, mu = m.parameters(mass=0.4, R=0.5, mu=0.25)
+    m.lagrangian = mass * (v_x**2 + v_y**2 + v_z**2) / 2 - mass * G * z
+    r = sp.sqrt(x**2 + y**2)
+    m.constraint("hoop", [r - R, z])
+    m.friction("rub", gamma_F=(x * v_y - y * v_x) / r, mu=mu, pressed_by="hoop")
+    m.initial_state(q=[R, 0, 0], v=[0, 2, 0])
+    m.suggest(dt=5e-3, t_end=2)
+    return m
+
+
+def test_a_bead_stops_on_a_rough_hoop(stepper: Build) -> None:
+    """d(v^2)/ds = -2 mu sqrt(g^2 + v^4 / R^2): it stops after asinh(v^2 / (g R)) / (2 mu) rad."""
+    turns = np.arcsinh(4 / (G * 0.5)) / 0.5
+    errors = []
+    for dt in (1e-2, 2.5e-3):
+        run = stepper(hoop, 2).simulate(dt=dt, t_end=2)
+        angle = np.unwrap(np.arctan2(run.q[:, 1], run.q[:, 0]))
+        errors.append(abs(angle[-1] - turns))
+        assert run["rub.state"][-1] == "stick"
+    assert errors[1] < errors[0] / 6
+    assert errors[1] < 1e-5
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("options", [{}, {"scheme": "moreau"}])
+@pytest.mark.parametrize("make", [hoop, screw_jack.model])
+def test_loads_are_checked(make: Callable[[], sg.Model], options: dict[str, Any]) -> None:
+    report = sg.check(make(), stages=(2, 3) if not options else (2,), **options)
+    assert report.passed, str(report)
+
+
+def test_reactions_that_there_are_not() -> None:
+    m = sg.Model("m")
+    x, y = m.coordinates("x y")
+    v_x, _ = m.velocities
+    m.lagrangian = v_x**2 / 2
+    m.constraint("rail", y)
+    with pytest.raises(sg.ModelError, match=r"reaction\('rial'\).*Constraints are: rail"):
+        m.reaction("rial")
+    m.friction("rub", gamma_F=v_x, bound=0.3 * m.reaction("rail", 0, 2))
+    m.initial_state(q=[0, 0])
+    with pytest.raises(sg.ModelError, match=r"reaction of 'rail' in friction 'rub'.*0 to 1 of 1"):
+        freeze(m)
+    assert x is not None
+
+
+# --- sliding that spins --------------------------------------------------------------------------
+
+
+def puck() -> sg.Model:
+    """A disc that slides and spins on a table, on a ring of contact."""
+    m = sg.Model("puck")
+    _x, _y, z, _phi = m.coordinates("x y z phi")
+    v_x, v_y, v_z, omega = m.velocities
+    mass, J, mu, sigma = m.parameters(mass=0.3, J=2e-4, mu=0.3, sigma=0.01)
+    m.lagrangian = mass * (v_x**2 + v_y**2 + v_z**2) / 2 + J * omega**2 / 2 - mass * G * z
+    m.contact(
+        *("table",),
+        **{"g_N": z, "gamma_F": [v_x, v_y], "mu": mu, "drilling": (sigma, omega)},
+        coupling="contensou",
+    )
+    m.initial_state(q=[0, 0, 0, 0], v=[0.6, 0.2, 0, 40])
+    m.suggest(dt=5e-3, t_end=0.5)
+    return m
+
+
+def sliding_and_spinning(t_end: float) -> np.ndarray:
+    """Place, velocity and spin of the puck by Runge and Kutta's method."""
+
+    def rate(u: np.ndarray) -> np.ndarray:
+        size = np.sqrt(0.3**2 * (u[2] ** 2 + u[3] ** 2) + 0.01**2 * u[4] ** 2)
+        return np.array(
+            [
+                *u[2:4], *(-G * 0.3**2 * u[2:4] / size), -0.3 * G * 0.01**2 * u[4] / (2e-4 * size),
+            ]
+        )  # fmt: skip
+
+    u, n = np.array([0, 0, 0.6, 0.2, 40.0]), 4000
+    h = t_end / n
+    for _ in range(n):
+        a = rate(u)
+        b = rate(u + h / 2 * a)
+        c = rate(u + h / 2 * b)
+        u = u + h / 6 * (a + 2 * b + 2 * c + rate(u + h * c))
+    return u
+
+
+def test_a_spinning_disc_slides_further(stepper: Build) -> None:
+    """The path of Contensou's coupled law, and both motions that end at one instant."""
+    run = stepper(puck, 3, events="located").simulate(events="located", dt=5e-3, t_end=0.5)
+    k = np.searchsorted(run.t, 0.2 - 1e-9)
+    wanted = sliding_and_spinning(0.2)
+    assert run.q[k, :2] == pytest.approx(wanted[:2], rel=1e-8)
+    assert run.v[k, [0, 1, 3]] == pytest.approx(wanted[2:], rel=1e-8)
+    (stop,) = kinds(run)
+    assert stop[:2] == ("stick", "table")
+    assert np.abs(run.v[-1]).max() < 1e-15
+    # a disc that does not spin stops sooner
+    assert stop[2] > 1.5 * np.hypot(0.6, 0.2) / (0.3 * G)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("options", [{}, {"scheme": "moreau"}, {"events": "located"}])
+def test_coupled_laws_are_checked(options: dict[str, Any]) -> None:
+    report = sg.check(puck(), stages=(2,), **options)
+    assert report.passed, str(report)
+
+
+def test_couplings_that_there_are_not() -> None:
+    m = sg.Model("m")
+    (z,) = m.coordinates("z")
+    (v,) = m.velocities
+    for arguments, message in (
+        ({"coupling": "coulomb"}, r"coupling of contact 'a': is 'coulomb'"),
+        ({"coupling": "contensou", "drilling": (1, v)}, "one of them is missing"),
+        ({"coupling": "contensou", "gamma_F": [v, v]}, "one of them is missing"),
+    ):
+        with pytest.raises(sg.ModelError, match=message):
+            m.contact("a", g_N=z, **arguments)
+
+
+# --- wheels that slide freely one way ------------------------------------------------------------
+
+
+def mecanum() -> sg.Model:
+    """A platform on four mecanum wheels: friction along the axes of the rollers alone."""
+    m = sg.Model("mecanum")
+    _x, _y, phi, *_wheels = m.coordinates("x y phi w1 w2 w3 w4")
+    v_x, v_y, omega, *spins = m.velocities
+    torques = m.inputs("T1 T2 T3 T4")
+    m.lagrangian = 10 * (v_x**2 + v_y**2) / 2 + omega**2 / 2 + sum(w**2 for w in spins) / 100
+    m.force([0, 0, 0, *torques])
+    ahead = sp.cos(phi) * v_x + sp.sin(phi) * v_y
+    aside = sp.cos(phi) * v_y - sp.sin(phi) * v_x
+    for k, (i, j) in enumerate([(1, 1), (1, -1), (-1, 1), (-1, -1)]):
+        # the place of the wheel, and its roller axis at 45 degrees, mirrored from wheel to wheel
+        u = ahead - omega * j * sp.Rational(3, 10) - sp.Rational(1, 20) * spins[k]
+        w = aside + omega * i * sp.Rational(2, 5)
+        m.friction(f"wheel_{k + 1}", gamma_F=(u - i * j * w) / sp.sqrt(2), bound=20)
+    m.initial_state(q=[0] * 7)
+    return m
+
+
+def test_mecanum_wheels_roll_as_the_textbook_says(stepper: Build) -> None:
+    """v = r/4 (sum, -1 1 1 -1, ...) of the wheels' speeds, without slip."""
+    u = np.array([0.3, -0.1, 0.2, 0.4])
+    run = stepper(mecanum, 2).simulate(dt=1e-2, t_end=2, inputs=np.tile(u, (200, 1)))
+    v_x, v_y, omega, *w = run.v[-1]
+    c, s = np.cos(run.q[-1, 2]), np.sin(run.q[-1, 2])
+    ahead, aside = c * v_x + s * v_y, c * v_y - s * v_x
+    assert np.abs(w).min() > 0.5
+    assert np.abs(run.gamma_F).max() < 1e-14
+    assert ahead == pytest.approx(0.05 / 4 * (w[0] + w[1] + w[2] + w[3]), rel=1e-12)
+    assert aside == pytest.approx(0.05 / 4 * (-w[0] + w[1] + w[2] - w[3]), rel=1e-12)
+    assert omega == pytest.approx(0.05 / (4 * 0.7) * (-w[0] + w[1] - w[2] + w[3]), rel=1e-12)

@@ -115,7 +115,7 @@ def negative_friction(m: sg.Model) -> None:
 
 
 def friction_of_state(m: sg.Model) -> None:
-    m.contact("c", g_N=m.q[1], gamma_F=m.v[0], mu=m.q[0])
+    m.contact("c", g_N=m.q[1], gamma_F=m.v[0], mu=m.q[0] - 1)
 
 
 def default_friction(m: sg.Model) -> None:
@@ -239,7 +239,7 @@ CASES: list[tuple[Callable[[sg.Model], None], list[str]]] = [
     (restitution, ["e_N of contact 'c'", "1.2", "[0, 1]"]),
     (tangential_restitution, ["e_F of contact 'c'", "-0.1"]),
     (negative_friction, ["mu of contact 'c'", "-0.1", ">= 0"]),
-    (friction_of_state, ["mu of contact 'c'", "coordinate 'x'"]),
+    (friction_of_state, ["mu of contact 'c'", "at the initial state", ">= 0"]),
     (default_friction, ["mu of contact 'c'", "-1", "default"]),
     (negative_bound, ["bound of friction 'brake'", "-2"]),
     (friction_without_slip, ["friction 'brake'", "slip"]),

@@ -56,7 +56,8 @@ class Drawer:
         )
         u = rng.normal(size=stepper.sizes["n_u"])
         dt = float(10 ** rng.uniform(-3, -1.7)) / max(1.0, self.speed / 10)
-        closed = [c for c in self.contacts if c["normal"] >= 0 and rng.uniform() < 0.5]
+        places = [c for c in self.contacts if c["normal"] >= 0 and not c["one_way"]]
+        closed = [c for c in places if rng.uniform() < 0.5]
         try:
             q = self._close(t, q, v, parameters, closed)
             q, v = stepper.project(q, v, t, parameters)
@@ -108,7 +109,7 @@ class Drawer:
         now: list[np.ndarray] = []
         gaps = at("g_N", t, q, parameters=par)
         for c in self.contacts:
-            is_closed = c["normal"] < 0 or abs(gaps[c["normal"]]) < _CLOSED
+            is_closed = c["normal"] < 0 or c["one_way"] or abs(gaps[c["normal"]]) < _CLOSED
             if not is_closed or rng.uniform() < 0.3:
                 continue
             if c["normal"] >= 0:
@@ -145,13 +146,21 @@ def wanted(stepper: Stepper, parameters: dict[str, float]) -> dict[str, list[str
     for k, c in enumerate(stepper.manifest["contacts"]):
         list_of = []
         if c["normal"] >= 0:
-            list_of = ["open", "impacting", "separating"]
+            list_of = (
+                ["open", "persisting"]
+                if c["one_way"]
+                else [
+                    *("open", "impacting", "separating"),
+                ]
+            )
         if c["bound"] >= 0 or mu[k] > 0:
             if c["components"] == 1:
                 list_of += ["sticking", "slipping +", "slipping -"]
             elif c["components"] == 2:
                 list_of += ["sticking", *(f"slipping {x}" for x in ("++", "+-", "-+", "--"))]
-        elif c["normal"] >= 0:
+            elif c["components"] == 3:
+                list_of += ["sticking", "slipping"]
+        elif c["normal"] >= 0 and not c["one_way"]:
             list_of += ["persisting"]
         if c["has_guard"]:
             list_of += ["guard on", "guard off"]
@@ -189,15 +198,20 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
             rate = traj.g_N_dot[0, c["normal"]]
             if P_N == 0:
                 found.append((name, "open"))
-                if before < _CLOSED < after:
+                if before < _CLOSED < after and not c["one_way"]:
                     found.append((name, "separating"))
                 continue
-            if rate < -1e-6 and (before > _CLOSED or abs(rate) > 1e-3):
+            if c["one_way"]:
+                found.append((name, "persisting"))
+            elif rate < -1e-6 and (before > _CLOSED or abs(rate) > 1e-3):
                 found.append((name, "impacting"))
             elif before < _CLOSED:
                 found.append((name, "persisting"))
         if c["bound"] >= 0:
             radius = state.dt * max(bounds[c["bound"]], 0.0)
+        elif c["loads"]:
+            P = np.concatenate([traj.P_g[1], traj.P_gamma[1]])
+            radius = mu[k] * np.linalg.norm(P[c["load"] : c["load"] + c["loads"]])
         else:
             radius = mu[k] * traj.P_N[1, c["pressing"]]
         own = mu_F[c["friction"] : c["friction"] + c["components"]]
@@ -207,5 +221,5 @@ def seen(stepper: Stepper, traj: Trajectory, state: State) -> list[tuple[str, st
                 found.append((name, "sticking"))
             else:
                 signs = "".join("+" if x > 0 else "-" for x in slip)
-                found.append((name, f"slipping {signs}"))
+                found.append((name, f"slipping {signs}" if len(slip) < 3 else "slipping"))
     return found

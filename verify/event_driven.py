@@ -101,7 +101,7 @@ class EventDriven:
             one[k] = 1.0
             back.append((k, one))
         known = np.zeros(W.shape[1])
-        for k, (n, f, b, p) in enumerate(self.rows):
+        for k, (n, f, b, p, _) in enumerate(self.rows):
             mode = modes[k]
             if mode.kind == "open":
                 continue
@@ -166,7 +166,7 @@ class EventDriven:
         P = np.zeros(y.size)
         for _ in range(_SWEEPS):
             change = 0.0
-            for (n, _, _, p), f, mu, bound in blocks:
+            for (n, _, _, p, _), f, mu, bound in blocks:
                 old = P[[*([] if n is None else [n]), *range(f.start, f.stop)]].copy()
                 if n is not None and G[n, n] > 0:
                     P[n] = max(P[n] - (y[n] + G[n] @ P) / G[n, n], 0.0)
@@ -225,7 +225,7 @@ class EventDriven:
         blocks = []
         staying: dict[int | None, bool] = {None: True}  # by normal row
         for k, row in enumerate(self.rows):
-            n, f, b, p = row
+            n, f, b, p, _ = row
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
             if n is not None:
                 staying[n] = bool(gap[k] <= _TOUCH and gap_rate[k] <= _TOUCH)
@@ -299,7 +299,7 @@ class EventDriven:
         guard = np.asarray(self.e.value("guard", *at), float)
         found: dict[tuple[int, str], float] = {}
         _, lam = self.accelerations(at, modes)
-        for k, (n, f, b, p) in enumerate(self.rows):
+        for k, (n, f, b, p, _) in enumerate(self.rows):
             mode = modes[k]
             if mode.kind == "open":
                 if n is not None and (self.e.contacts[k].guard is None or guard[k] >= 0):
@@ -324,7 +324,7 @@ class EventDriven:
         _, lam = self.accelerations(at, modes)
         W = np.asarray(self.e.W(*at), float).reshape(self.n, -1)
         _, G = self._responses(self._mass(at), W)
-        for k, (_, f, _, _) in enumerate(self.rows):
+        for k, (_, f, *_) in enumerate(self.rows):
             if modes[k].kind == "slip" and f.stop - f.start > 1:
                 rate = float(np.linalg.norm(G[f, f] @ lam[f]))
                 if h * rate > 0.5 * float(np.linalg.norm(self._slips(at)[k])):

@@ -118,7 +118,17 @@ class Expressions:
         if not self.n[name]:
             return self.value(name, *at)
         rate = self.derivative(name, "q", *at) @ np.asarray(at[2])
-        return rate + self.derivative(name, "t", *at)[:, 0]
+        rate = rate + self.derivative(name, "t", *at)[:, 0]
+        for k in self._velocities(name):
+            rate[k] = self.value(name, *at)[k]
+        return rate
+
+    def _velocities(self, name: str) -> list[int]:
+        """Rows of g_N that are velocities."""
+        if name != "g_N":
+            return []
+        normal = [c.one_way for c in self.contacts if c.g_N is not None]
+        return [k for k, one_way in enumerate(normal) if one_way]
 
     def W(self, *at: Any) -> Vector:
         """All force directions, n_q x (n_g + n_gamma + n_N + n_F)."""
@@ -127,6 +137,10 @@ class Expressions:
             for name, variable in (("g", "q"), ("gamma", "v"), ("g_N", "q"), ("gamma_F", "v"))
             if self.n[name]
         ]
+        one_way = self._velocities("g_N")
+        if one_way:
+            slopes = self.derivative("g_N", "v", *at).T
+            columns[bool(self.n["g"]) + bool(self.n["gamma"])][:, one_way] = slopes[:, one_way]
         return np.hstack(columns) if columns else np.zeros((self.n_q, 0))
 
     def y(self, *at: Any) -> Vector:

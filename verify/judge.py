@@ -37,14 +37,14 @@ def accepts(
             return False
     e, s = reference.e, reference.s
     _, _, y, rates, places = reference.smooth(step, t, q, v, u, par, h)
-    before = e.y_dot(*at)
+    before = reference.struck(e.y_dot(*at))
     mu, e_N, e_F = (e.value(name, *at) for name in ("mu", "e_N", "e_F"))
     guard, mu_F = e.value("guard", *at), reference.mu_F(*at)
     P = reference.b @ step.R
     first_N = first_F = 0
     offset = reference.n_normal
     joined: dict[int, bool] = {}  # by normal row, whether a contact joins the impact equations
-    for k, (n, f, bound, p) in enumerate(reference.rows):
+    for k, (n, f, bound, p, load) in enumerate(reference.rows):
         width = f.stop - f.start
         force = sizes["normal"][first_N] if n is not None else 0.0
         rub = sizes["friction"][first_F] if width else 0.0
@@ -53,16 +53,19 @@ def accepts(
         first_F += s * width
         exists = e.contacts[k].guard is None or guard[k] >= 0
         touched = n is None and (p is None or joined[p])
+        touched = touched or (e.contacts[k].one_way and exists)
         law, own = reference.laws[k], mu_F[f.start - offset : f.stop - offset]
         radii = []
         for i in range(1, s):
-            if p is None:
+            if load is not None:
+                radii.append(mu[k] * float(np.linalg.norm(step.R[i - 1][load])))
+            elif p is None:
                 radii.append(h * max(float(e.value("bound", *places[i - 1])[bound]), 0.0))
             else:
                 radii.append(mu[k] * max(float(step.R[i - 1][p]), 0.0))
             if n is not None:
                 gap, push = float(y[i][n]), float(step.R[i - 1][n])
-                way = force / r[n] * h
+                way = force / r[n] * (1 if e.contacts[k].one_way else h)
                 if exists and not _complementary(gap / way, push / force, tolerance):
                     return False
                 if not exists and push != 0:
@@ -73,7 +76,9 @@ def accepts(
                 *(rub, rub / max(r[f], default=1.0), tolerance),
             ):
                 return False
-        if p is None:
+        if load is not None:
+            radius = mu[k] * float(np.linalg.norm(P[load]))
+        elif p is None:
             ends = [h * max(float(e.value("bound", *here)[bound]), 0.0) for here in places]
             radius = float(reference.b @ np.array(ends))
         else:

@@ -68,12 +68,15 @@ class Rows(NamedTuple):
         Which given bound its friction has.
     presses : int or None
         The normal row that bounds its friction otherwise.
+    load : slice or None
+        The bilateral rows that do.
     """
 
     normal: int | None
     friction: slice
     bound: int | None
     presses: int | None
+    load: slice | None
 
 
 class Reference:
@@ -140,12 +143,25 @@ class Reference:
                     slice(slip, slip + count),
                     bound if given else None,
                     presses,
+                    None if contact.load is None else self._load(model, contact.load),
                 )
             )
             self.laws.append(find("elliptic" if isinstance(contact.mu, (list, tuple)) else ""))
             normal += unilateral
             bound += given
             slip += count
+
+    @staticmethod
+    def _load(model: Model, reaction: Any) -> slice:
+        """Rows of a reaction among the bilateral ones."""
+        first = 0
+        for name, rows in (*model.constraints, *model.velocity_constraints):
+            if name == reaction.name:
+                begin = first + reaction.first
+                count = len(rows) - reaction.first if reaction.count is None else reaction.count
+                return slice(begin, begin + count)
+            first += len(rows)
+        raise KeyError(reaction.name)
 
     # --- the nonlinear problems of the C code, at any unknowns ------------------------------------
 
@@ -183,10 +199,18 @@ class Reference:
         """g_dot, gamma, xi_N, xi_F from their velocities at the end, (68), (70)."""
         e_N, e_F = self.restitution(at)
         xi = np.array(rates, dtype=object if self.e.high else float)
-        start = self.e.y_dot(*at)
+        start = self.struck(self.e.y_dot(*at))
         xi[self.n_bilateral : self.n_normal] += e_N * start[self.n_bilateral : self.n_normal]
         xi[self.n_normal :] += e_F * start[self.n_normal :]
         return xi
+
+    def struck(self, rates: np.ndarray) -> np.ndarray:
+        """Velocities before an impact: of what goes one way only those backwards."""
+        rates = np.array(rates)
+        for row, contact in zip(self.rows, self.e.contacts, strict=True):
+            if contact.one_way:
+                rates[row.normal] = min(rates[row.normal], 0)
+        return rates
 
     def restitution(self, at: tuple[Any, ...]) -> tuple[np.ndarray, np.ndarray]:
         """e_N and e_F, row by row."""
@@ -251,7 +275,7 @@ class Reference:
         r = np.ones(self.n_R) if r is None else r
         start = (t, q, v, u, par)
         momentum, final, y, end_rates, at = self.smooth(step, t, q, v, u, par, h)
-        start_rates = self.e.y_dot(*start)
+        start_rates = self.struck(self.e.y_dot(*start))
         bilateral = [y[i][: self.n_bilateral] for i in range(1, self.s)]
         bilateral.append(end_rates[: self.n_bilateral])
         normal, friction = self._contact_laws(step, at, start, y, end_rates, start_rates, h, r)
@@ -312,11 +336,12 @@ class Reference:
             [*(kinematic[: self.n_bilateral],) * (s - 1), speed[: self.n_bilateral]]
         )
         per_contact_N, per_contact_F = [], []
-        for n, f, _, p in self.rows:
+        for n, f, _, p, load in self.rows:
             if n is not None:
                 per_contact_N += [contact[n]] * s
-            # friction and the normal percussion that bounds it
+            # friction and the percussions that bound it
             top = max(np.max(contact[f], initial=0.0), contact[p] if p is not None else 0.0)
+            top = max(top, np.max(contact[load], initial=0.0) if load is not None else 0.0)
             per_contact_F += [np.full(f.stop - f.start, top)] * s
         return {
             "momentum": np.tile(size, s),
@@ -335,7 +360,11 @@ class Reference:
     def _is_gap(self) -> np.ndarray:
         """Which rows of y are gaps or position constraints."""
         index = np.arange(self.n_R)
-        return (index < self.n_g) | ((index >= self.n_bilateral) & (index < self.n_normal))
+        gaps = (index < self.n_g) | ((index >= self.n_bilateral) & (index < self.n_normal))
+        for row, contact in zip(self.rows, self.e.contacts, strict=True):
+            if contact.one_way:
+                gaps[row.normal] = False
+        return gaps
 
     def _reach(self, at: tuple[Any, ...]) -> np.ndarray:
         """|W^T| |q| of constraints and gaps: what their round-off is relative to."""
@@ -404,30 +433,34 @@ class Reference:
         normal, friction = [], []
         mu, e_N, e_F = (e.value(name, *start) for name in ("mu", "e_N", "e_F"))
         guard, mu_F = e.value("guard", *start), self.mu_F(*start)
+        gaps = self._is_gap
         bounds = [np.maximum(e.value("bound", *at[i]), 0) for i in range(s)]
         P = self.b @ step.R
         acting: dict[int, bool] = {}  # by normal row, whether a contact joins the impact equations
-        for k, (n, f, bound, p) in enumerate(self.rows):
+        for k, (n, f, bound, p, load) in enumerate(self.rows):
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
             is_closed = []
             for i in range(1, s):
                 force = step.R[i - 1]
                 if n is not None:
-                    z = r[n] * y[i][n] / h - force[n]
+                    z = r[n] * y[i][n] / (h if gaps[n] else 1) - force[n]
                     is_closed.append(z <= 1e-9 * abs(force[n]) + 1e-13 * r[n] / h)
                     normal.append(force[n] + min(z, 0) if exists else force[n])
-                if p is None:
+                if load is not None:
+                    radius = mu[k] * float(np.linalg.norm(force[load]))
+                elif p is None:
                     radius = h * bounds[i - 1][bound]
                 else:
                     radius = mu[k] * max(force[p], 0.0) if exists else 0.0
                 friction.append(self.friction(k, force[f], y[i][f], radius, r, mu_F))
             if n is not None:
-                acting[n] = exists and (
-                    any(is_closed) if self.active_set == "any_stage" else is_closed[-1]
-                )
+                joins = any(is_closed) if self.active_set == "any_stage" else is_closed[-1]
+                acting[n] = exists and (joins or self.e.contacts[k].one_way)
                 xi = end_rates[n] + e_N[k] * start_rates[n]
                 normal.append(P[n] + min(r[n] * xi - P[n], 0) if acting[n] else P[n])
-            if p is None:
+            if load is not None:
+                radius = mu[k] * float(np.linalg.norm(P[load]))
+            elif p is None:
                 radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
             else:
                 radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0

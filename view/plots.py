@@ -38,7 +38,7 @@ class Plots:
             "v": self._columns("v"),
             "energy": [self.energy],
         }
-        if traj.g_N.shape[1]:
+        if any(c["normal"] >= 0 and not c["one_way"] for c in self.m["contacts"]):
             found["gaps"] = [self.gaps]
         if traj.contacts:
             found["forces"] = [self.forces]
@@ -150,8 +150,9 @@ class Plots:
         axis.set_ylabel("energy [J]")
 
     def gaps(self, axis: Any) -> None:
-        names = [c["name"] for c in self.m["contacts"] if c["normal"] >= 0]
-        self._lines(axis, self.traj.g_N, names, "gaps g_N [m]")
+        places = [c for c in self.m["contacts"] if c["normal"] >= 0 and not c["one_way"]]
+        values = self.traj.g_N[:, [c["normal"] for c in places]]
+        self._lines(axis, values, [c["name"] for c in places], "gaps g_N [m]")
         axis.axhline(0, c=INK, lw=0.7)
 
     def forces(self, axis: Any) -> None:

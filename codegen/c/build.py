@@ -454,7 +454,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
     normal = friction = bound = 0
     for k, c in enumerate(data.contacts):
         is_contact = c.g_N is not None
-        given = c.presser is None
+        given = c.bound is not None
         pressed = (j for j, d in enumerate(data.contacts) if j > k and d.presser == c.presser)
         rows.append(
             ContactRow(
@@ -465,7 +465,9 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
                 bound if given else -1,
                 -1 if c.presser is None else c.presser,
                 -1 if c.presser is None else normal if is_contact else rows[c.presser].normal,
-                -1 if given else next(pressed, -1),
+                -1 if c.presser is None else next(pressed, -1),
+                *(c.load or (0, 0)),
+                c.one_way,
                 c.guard is not None if guarded is None else guarded[k],
                 c.guard is not None and c.presser in (None, k),
                 c.law,

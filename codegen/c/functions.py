@@ -285,8 +285,12 @@ class FunctionWriter:
         q, v = ca.fabs(d.data.q), ca.fabs(d.data.v)
         chi = ca.vertcat(d["chi_g"], d["chi_gamma"], d["chi_N"], d["chi_F"])
         directions = ca.fabs(d["W"].T)
+        gaps = ca.densify(d["g_N"])
+        for k, is_velocity in enumerate(d.one_way):
+            if is_velocity:
+                gaps[k] = 0  # a velocity may be anything at the start: it is struck
         places = {
-            "value": ("g, g_N", ca.vertcat(d["g"], zero(n_gamma, 1), d["g_N"], zero(n_F, 1))),
+            "value": ("g, g_N", ca.vertcat(d["g"], zero(n_gamma, 1), gaps, zero(n_F, 1))),
             "size": ("|W^T| |q|", directions @ q),
             "guard": ("guards", d["guard"]),
         }

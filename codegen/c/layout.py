@@ -96,6 +96,9 @@ class Sizes:
     n_dense: int
     n_events: int
     n_ways: int
+    n_slip: int
+    n_one_way: int
+    n_loads: int
     spatial: bool
 
 
@@ -105,10 +108,10 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
     n_x = max(p.n_x for p in scheme.problems)
     n_rows = max(p.n_slots for p in scheme.problems) * n_R
     n_K = max(p.jacobian.K.size for p in scheme.problems)
-    n_bounds = sum(c.presser is None for c in data.contacts)
+    n_bounds = sum(c.bound is not None for c in data.contacts)
     located = scheme.located
     kept = scheme.problems[: located.kept if located else None]
-    spatial = any(c.n_F == 2 for c in data.contacts)
+    spatial = any(c.n_F > 1 for c in data.contacts)
     return Sizes(
         n_q=data.n_q,
         n_u=len(data.inputs),
@@ -147,6 +150,9 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_dense=scheme.stages if located else 0,
         n_events=MAX_EVENTS if located else 0,
         # start, parameters, inputs, three times; and the length of a segment
+        n_slip=max([2, *(c.n_F for c in data.contacts)]),
+        n_one_way=sum(c.one_way for c in data.contacts),
+        n_loads=sum(c.load is not None for c in data.contacts),
         n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )
@@ -240,7 +246,7 @@ def structs(
         Field("contact", "int", (), "which contact"),
         Field("kind", "int", (), "EVENT_IMPACT, EVENT_CLOSE, ..."),
         Field("P_N", "real", (), "normal percussion of the step"),
-        Field("P_F", "real", (2,), "friction percussion of the step"),
+        Field("P_F", "real", (n.n_slip,), "friction percussion of the step"),
         Field("energy", "real", (), "change of the energy in the step of an impact, else 0"),
     )
     record = (

@@ -61,6 +61,9 @@ class ContactRow:
     presser: int  # contact that presses its friction, -1: the bound is given
     pressing: int  # normal row of that contact
     next: int  # next element that the same contact presses, -1: none
+    load: int  # first bilateral row that presses its friction
+    loads: int  # their number, 0: none
+    one_way: bool  # its normal row is a velocity
     guarded: bool  # exists only while its entry of work.guard is >= 0
     has_guard: bool  # the model gives a guard
     law: str  # of its friction: none, coulomb, elliptic or bound
@@ -198,6 +201,11 @@ class EmitSpec:
     def slips(self) -> tuple[tuple[int, int], ...]:
         """Contact and component of every slip row."""
         return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
+    def one_way(self) -> tuple[int, ...]:
+        """Whether each normal row is a velocity."""
+        return tuple(int(c.one_way) for c in self.contacts if c.normal >= 0)
 
     @property
     def indices(self) -> tuple[tuple[str, tuple[tuple[str, int], ...]], ...]:

@@ -101,6 +101,9 @@ def _together(d: Derivation) -> tuple[list[set[int]], list[tuple[set[int], ca.SX
             normal[k] = at_N
             at_N += 1
         of_contact = set() if contact.presser is None else {normal[contact.presser]}
+        if contact.load is not None:
+            first, count = contact.load
+            of_contact |= set(range(first, first + count))
         of_contact |= set(range(at_F, at_F + contact.n_F))
         at_F += contact.n_F
         moved = set().union(*(rows[r][0] for r in of_contact))

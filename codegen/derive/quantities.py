@@ -99,7 +99,7 @@ class Derivation:
     @property
     def with_bound(self) -> list[int]:
         """Indices of the contacts that are friction elements with a given bound."""
-        return [k for k, c in enumerate(self.data.contacts) if c.presser is None]
+        return [k for k, c in enumerate(self.data.contacts) if c.bound is not None]
 
     def _derive(self, name: str) -> ca.SX:
         if name in QUANTITIES:
@@ -146,7 +146,7 @@ class Derivation:
         size = ca.SX.zeros(self.data.n_q, 1)
         first = bound = 0
         for c in self.data.contacts:
-            if c.presser is None:
+            if c.bound is not None:
                 radius = self["bound"][bound]
                 directions = ca.fabs(ca.densify(self["W_F"][:, first : first + c.n_F]))
                 size += ca.sum2(directions) * ca.if_else(radius > 0, radius, 0)
@@ -185,7 +185,15 @@ class Derivation:
         return self._column([c.g_N for c in self.data.contacts if c.g_N is not None])
 
     def _g_N_dot(self) -> ca.SX:
+        if self.one_way:
+            return ca.densify(self["W_N"].T @ self.data.v + self["chi_N"])
         return self["g_N_q"] @ self.data.v + self["chi_N"]
+
+    @property
+    def one_way(self) -> list[bool]:
+        """Which normal rows are velocities; empty if none is."""
+        rows = [c.one_way for c in self.data.contacts if c.g_N is not None]
+        return rows if any(rows) else []
 
     def _gamma_F(self) -> ca.SX:
         return self._column([c.gamma_F for c in self.data.contacts])
@@ -206,7 +214,11 @@ class Derivation:
         return self._at_rest(self["gamma_v"]).T
 
     def _W_N(self) -> ca.SX:
-        return self["g_N_q"].T
+        if not self.one_way:
+            return self["g_N_q"].T
+        places, velocities = self["g_N_q"], self._at_rest(self["g_N_v"])
+        rows = [velocities[k, :] if x else places[k, :] for k, x in enumerate(self.one_way)]
+        return ca.sparsify(ca.vertcat(*rows)).T
 
     def _W_F(self) -> ca.SX:
         return self._at_rest(self["gamma_F_v"]).T
@@ -218,7 +230,11 @@ class Derivation:
         return self._at_rest(self["gamma"])
 
     def _chi_N(self) -> ca.SX:
-        return ca.densify(self["g_N_t"])
+        rows = ca.densify(self["g_N_t"])
+        for k, is_velocity in enumerate(self.one_way):
+            if is_velocity:
+                rows[k] = self._at_rest(self["g_N"][k])
+        return rows
 
     def _chi_F(self) -> ca.SX:
         return self._at_rest(self["gamma_F"])

@@ -51,7 +51,8 @@ def _rows(model: Any) -> Iterator[tuple[str, str]]:
     for contact in model.contacts:
         index = rf"\mathrm{{{_upright(contact.name)}}}"
         if contact.g_N is not None:
-            yield rf"0 \le g_{{N,{index}}}", _expression(contact.g_N)
+            symbol = r"\gamma" if contact.one_way else "g"
+            yield rf"0 \le {symbol}_{{N,{index}}}", _expression(contact.g_N)
         for entry in contact.gamma_F:
             yield rf"\gamma_{{F,{index}}}", _expression(entry)
 

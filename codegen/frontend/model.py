@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 from signorini.codegen.frontend import equations
-from signorini.codegen.frontend.declarations import MOTIONS, ContactDeclaration
+from signorini.codegen.frontend.declarations import MOTIONS, ContactDeclaration, Reaction
 from signorini.codegen.frontend.drawing import Drawing, points_of, tip_of
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.names import check_identifier, split_names
@@ -309,6 +309,7 @@ class Model:
         guard: Any = None,
         rolling: tuple[Any, Any] | None = None,
         drilling: tuple[Any, Any] | None = None,
+        coupling: str | None = None,
         never: Mapping[str, str] | None = None,
         at: Sequence[Any] | None = None,
         normal: Sequence[Any] | None = None,
@@ -340,6 +341,11 @@ class Model:
             torque up to radius times its normal force, else just that, against the rate. They
             are friction elements of their own (see `friction`), called NAME_rolling and
             NAME_drilling.
+        coupling : {None, "contensou"}
+            How sliding and drilling in space share what the contact can carry: each has its own
+            bound, or both lie in the ellipsoid ``|(P_F / mu, M / radius)| <= P_N`` with the
+            largest dissipation, so that a body that spins slides as if with little friction
+            (Contensou). Then they are one law, and the spin is the third component of ``P_F``.
         never : mapping from kind of motion to reason, optional
             Motions that this contact cannot make, e.g. ``{"sticking": "its motion is given"}``:
             `signorini.check` does not ask for them, repeats the reason, and fails if it sees one.
@@ -367,6 +373,9 @@ class Model:
                         f"is {value}, but the contact has no slip velocity gamma_F",
                         "Give gamma_F, or leave out mu and e_F for a frictionless contact",
                     )
+        if coupling is not None:
+            mu, gamma_F = self._coupled(name, coupling, mu, gamma_F, drilling)
+            drilling = None
         self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
         for kind, resistance in (("rolling", rolling), ("drilling", drilling)):
             if resistance is not None:
@@ -384,6 +393,40 @@ class Model:
                 "Give at=..., where the normal starts",
             )
 
+    def one_way(
+        self,
+        name: str,
+        gamma: Any,
+        *,
+        e_N: Any = 0,
+        guard: Any = None,
+        never: Mapping[str, str] | None = None,
+    ) -> None:
+        """Let a velocity go one way only: a freewheel, a ratchet with fine teeth, a check valve.
+
+        ``0 <= gamma``, ``0 <= P`` and one of them zero, at the stages and at the end of each step.
+        It is a contact without a place: ``traj["name.state"]`` is open while it runs free, closed
+        while it holds, ``traj["name.force_N"]`` the force or torque that holds it.
+
+        Parameters
+        ----------
+        name : str
+            Of the contact.
+        gamma : expression
+            gamma(t, q, v) >= 0, affine in v.
+        e_N : number or expression
+            Restitution where it is struck backwards.
+        guard, never
+            As for `contact`.
+
+        Raises
+        ------
+        ModelError
+            For a name that is taken or an unknown kind of motion. `build` refuses an expression
+            that is not affine in v, and located events.
+        """
+        self._add_contact(name, gamma, None, never, e_N=e_N, guard=guard, one_way=True)
+
     def friction(
         self,
         name: str,
@@ -391,14 +434,15 @@ class Model:
         gamma_F: Any,
         bound: Any = None,
         mu: Any = None,
-        pressed_by: str | None = None,
+        pressed_by: str | Reaction | None = None,
         never: Mapping[str, str] | None = None,
     ) -> None:
-        """Add friction with a given force bound, or pressed by a contact.
+        """Add friction with a given force bound, or pressed by a contact or a constraint.
 
-        A brake or a joint with dry friction has a bound. Friction that a contact presses beside
-        that contact's own has a coefficient: resistance to rolling and drilling, a brake shoe, a
-        second surface on the same pad. With it ``|P_F| <= mu P_N``, solved together with P_N.
+        A brake has a bound. Friction that a contact presses beside that contact's own has a
+        coefficient: resistance to rolling and drilling, a brake shoe, a second surface on the same
+        pad. With it ``|P_F| <= mu P_N``, solved together with P_N. Dry friction in a slot, on a
+        screw, in a joint is pressed by what a constraint carries, ``|P_F| <= mu |P_g|``.
 
         Parameters
         ----------
@@ -406,40 +450,49 @@ class Model:
             Name of the friction element.
         gamma_F : expression or list of one or two expressions
             Slip velocity gamma_F(t, q, v), affine in v.
-        bound : number or expression of t, q, u and parameters
-            Largest friction force; a negative value counts as zero.
-        mu : number or expression of parameters, or a pair of them
+        bound : number or expression of t, q, u and parameters, or a multiple of `reaction`
+            Largest friction force; a negative value counts as zero. ``mu * m.reaction("joint")``
+            is short for `mu` and `pressed_by`.
+        mu : number or expression, or a pair of them
             Instead of a bound, with `pressed_by`: friction coefficient >= 0, as for `contact`; a
             length [m] where gamma_F is an angular velocity.
-        pressed_by : str
-            Name of the contact, declared before.
+        pressed_by : str or Reaction
+            Name of the contact or constraint, declared before, or some rows of a constraint.
         never : mapping from kind of motion to reason, optional
             As for `contact`.
 
         Raises
         ------
         ModelError
-            For a missing slip velocity, an unknown contact or kind of motion, or a bound and a
-            coefficient at once.
+            For a missing slip velocity, an unknown contact, constraint or kind of motion, or a
+            bound and a coefficient at once.
         """
         what = f"friction '{name}'"
+        if isinstance(bound, Reaction):
+            bound, mu, pressed_by = None, bound.factor, bound
         if (bound is None) == (mu is None) or (mu is None) != (pressed_by is None):
             raise ModelError(
                 self.name,
                 what,
-                "needs either a bound, or a coefficient mu and the contact that presses it",
+                "needs either a bound, or a coefficient mu and what presses it",
                 "Give bound=..., or mu=... and pressed_by=...",
             )
+        blocks = [*self.constraints, *self.velocity_constraints]
         if pressed_by is None:
             self._add_contact(name, None, gamma_F, never, bound=bound)
+        elif isinstance(pressed_by, Reaction) or any(pressed_by == b for b, _ in blocks):
+            load = self.reaction(pressed_by) if isinstance(pressed_by, str) else pressed_by
+            self._add_contact(name, None, gamma_F, never, mu=mu, load=load)
         else:
             gaps = [c.name for c in self.contacts if c.g_N is not None]
             if pressed_by not in gaps:
                 raise ModelError(
                     self.name,
                     what,
-                    f"pressed_by is {pressed_by!r}, but no such contact stands before it",
-                    f"Contacts are: {', '.join(gaps)}" if gaps else "Declare the contact first",
+                    f"pressed_by is {pressed_by!r}, but nothing of that name stands before it",
+                    f"There is: {', '.join((*gaps, *(b for b, _ in blocks)))}"
+                    if gaps or blocks
+                    else "Declare the contact or constraint first",
                 )
             self._add_contact(name, None, gamma_F, never, mu=mu, pressed_by=pressed_by)
         if not self.contacts[-1].gamma_F:
@@ -472,6 +525,37 @@ class Model:
             return
         self.contact(f"{name}_above", g_N=play / 2 - g, e_N=e_N)
         self.contact(f"{name}_below", g_N=play / 2 + g, e_N=e_N)
+
+    def reaction(self, name: str, first: int = 0, count: int | None = None) -> Reaction:
+        """What a constraint carries, for the bound of `friction`: the norm of its force.
+
+        Parameters
+        ----------
+        name : str
+            Of a constraint or velocity constraint, declared before.
+        first, count : int, optional
+            The rows that count, where it has others: of a hinge in space the first three are the
+            force, the rest torques.
+
+        Returns
+        -------
+        Reaction
+            To be multiplied with a coefficient: ``bound=mu * m.reaction("joint")``.
+
+        Raises
+        ------
+        ModelError
+            For a name that is none.
+        """
+        blocks = [b for b, _ in (*self.constraints, *self.velocity_constraints)]
+        if name not in blocks:
+            raise ModelError(
+                self.name,
+                f"reaction({name!r})",
+                "there is no such constraint before it",
+                f"Constraints are: {', '.join(blocks)}" if blocks else "Declare it first",
+            )
+        return Reaction(name, first, count)
 
     def output(self, name: str, expr: Any) -> None:
         """Add a named quantity of t, q, v, u that trajectories carry along.
@@ -585,7 +669,7 @@ class Model:
         kind = "friction" if g_N is None else "contact"
         self._claim(name, kind, symbol=False)
         components = [] if gamma_F is None else self._list(f"gamma_F of {kind} '{name}'", gamma_F)
-        if len(components) > 2:
+        if len(components) > (3 if isinstance(laws.get("mu"), tuple) else 2):
             raise ModelError(
                 self.name,
                 f"gamma_F of {kind} '{name}'",
@@ -603,6 +687,24 @@ class Model:
                 f"Give a reason for each of these kinds of motion: {', '.join(MOTIONS)}",
             )
         self.contacts.append(ContactDeclaration(name, g_N, components, **laws, never=dict(waived)))
+
+    def _coupled(
+        self, name: str, coupling: str, mu: Any, gamma_F: Any, drilling: Any
+    ) -> tuple[Any, list[Any]]:
+        """Coefficients and slip velocities of sliding and drilling as one law."""
+        what = f"coupling of contact '{name}'"
+        if coupling != "contensou":
+            raise ModelError(self.name, what, f"is {coupling!r}", "Give 'contensou', or nothing")
+        sliding = [] if gamma_F is None else self._list(what, gamma_F)
+        if len(sliding) != 2 or drilling is None or isinstance(mu, (list, tuple)):
+            raise ModelError(
+                self.name,
+                what,
+                "couples sliding with drilling, and one of them is missing",
+                "Give two slip velocities, one mu, and drilling=(radius, rate)",
+            )
+        radius, rate = self._resistance(f"drilling of contact '{name}'", drilling)
+        return (mu, mu, radius), [*sliding, *rate]
 
     def _resistance(self, what: str, law: Any) -> tuple[Any, Any]:
         if not isinstance(law, (list, tuple)) or len(law) != 2:

@@ -25,7 +25,7 @@ class Contact:
     Attributes
     ----------
     g_N : SX scalar or None
-        Gap, ``g_N(t, q) >= 0``.
+        Gap, ``g_N(t, q) >= 0``; with `one_way` a velocity, affine in v.
     gamma_F : SX, shape (0 | 1 | 2, 1)
         Slip velocity, affine in v.
     mu, e_N, e_F : SX scalar
@@ -35,9 +35,13 @@ class Contact:
         Friction coefficient of each slip component where they differ.
     presser : int or None
         Contact whose normal percussion, times mu, bounds friction: its own place among the
-        contacts, for an element that of a contact before it; None where a bound is given.
+        contacts, for an element that of a contact before it; None where no contact does.
+    load : (int, int) or None
+        First bilateral row, and their number, whose percussions press friction instead.
+    one_way : bool
+        What may not become negative is a velocity, not a gap.
     bound : SX scalar or None
-        Largest friction force of an element that no contact presses.
+        Largest friction force of an element that nothing presses.
     guard : SX scalar or None
         The contact exists in a step iff ``guard(t_n, q_n) >= 0``.
     """
@@ -52,11 +56,13 @@ class Contact:
     guard: ca.SX | None = None
     mu_F: ca.SX | None = None
     presser: int | None = None
+    load: tuple[int, int] | None = None
+    one_way: bool = False
 
     @property
     def law(self) -> str:
         """The law of its friction: none, coulomb, elliptic or bound."""
-        if self.presser is None:
+        if self.bound is not None:
             return "bound"
         if not self.n_F:
             return "none"

@@ -84,7 +84,7 @@ def check_constraints(data: ModelData) -> None:
         ),
     ]
     for c in data.contacts:
-        if c.g_N is None:
+        if c.g_N is None or c.one_way:
             continue
         exists = c.guard if c.guard is not None else ca.SX(1)
         gap, W, there = (
@@ -200,7 +200,7 @@ def check_start_values(data: ModelData) -> None:
         ("the velocity constraints gamma", data.gamma),
     ]
     for c in data.contacts:
-        if c.g_N is not None:
+        if c.g_N is not None and not c.one_way:
             checks.append((f"g_N of contact '{c.name}'", c.g_N))
             checks.append(
                 (f"the gradient of g_N of contact '{c.name}'", ca.jacobian(c.g_N, data.q))
@@ -240,7 +240,7 @@ def _check_coefficients(data: ModelData, start: Sequence[Any]) -> None:
             raise ModelError(
                 data.name,
                 f"{law} of contact '{name}'",
-                f"is {number:g} with the default parameters",
+                f"is {number:g} at the initial state with the default parameters",
                 "It must lie in [0, 1]" if top == 1.0 else "It must be >= 0",
             )
     for c in data.contacts:

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from signorini.codegen.frontend import table
-from signorini.codegen.frontend.declarations import ContactDeclaration
+from signorini.codegen.frontend.declarations import ContactDeclaration, Reaction
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.model_data import Contact, ModelData, Parameter
@@ -261,8 +261,13 @@ class _Freezer:
                 raise ModelError(
                     self.name, f"g_N of {where}", "is a list", "Give one gap for each contact"
                 )
-            g_N = self.scalar(f"g_N of {where}", c.g_N, "tqp", smooth=True)
-            self._check_depends(f"g_N of {where}", g_N, self.q, "coordinate")
+            if c.one_way:
+                g_N = self.affine(f"gamma of one_way '{c.name}'", c.g_N)
+            else:
+                g_N = self.scalar(f"g_N of {where}", c.g_N, "tqp", smooth=True)
+                self._check_depends(f"g_N of {where}", g_N, self.q, "coordinate")
+        elif c.load is not None:
+            presser = None
         elif c.pressed_by:
             presser = [d.name for d in self.model.contacts].index(c.pressed_by)
             c = replace(c, guard=self.model.contacts[presser].guard)
@@ -295,7 +300,7 @@ class _Freezer:
             )
         if isinstance(c.mu, (list, tuple)):
             mu_F = self.coefficients(f"mu of {where}", c.mu, len(rows))
-            laws["mu"] = ca.fmax(mu_F[0], mu_F[1])
+            laws["mu"] = _largest(mu_F)
         else:
             laws["mu"] = self.coefficient(f"mu of {where}", c.mu, None)
         return Contact(
@@ -306,8 +311,29 @@ class _Freezer:
             guard=guard,
             mu_F=mu_F,
             presser=presser,
+            load=None if c.load is None else self.load(where, c.load),
+            one_way=c.one_way,
             **laws,
         )
+
+    def load(self, where: str, reaction: Reaction) -> tuple[int, int]:
+        """First bilateral row and number of rows of a reaction."""
+        first = 0
+        model = self.model
+        for name, rows in (*model.constraints, *model.velocity_constraints):
+            if name == reaction.name:
+                count = len(rows) - reaction.first if reaction.count is None else reaction.count
+                if not 0 <= reaction.first < reaction.first + count <= len(rows):
+                    raise ModelError(
+                        self.name,
+                        f"reaction of '{name}' in {where}",
+                        f"counts rows {reaction.first} to {reaction.first + count - 1} of "
+                        f"{len(rows)}",
+                        "Give rows that the constraint has",
+                    )
+                return first + reaction.first, count
+            first += len(rows)
+        raise AssertionError(reaction.name)
 
     def coefficient(self, equation: str, value: Any, top: float | None) -> ca.SX:
         """A coefficient of a law: at least zero, at most `top`."""
@@ -322,7 +348,7 @@ class _Freezer:
 
     def coefficients(self, equation: str, pair: Sequence[Any], n_F: int) -> ca.SX:
         """Friction coefficients of both slip components."""
-        if len(pair) != 2 or n_F != 2:
+        if len(pair) != n_F or n_F not in (2, 3):
             raise ModelError(
                 self.name,
                 equation,
@@ -371,6 +397,13 @@ class _Freezer:
             )
         columns["t0"] = self.scalar("the initial time", start["t"], "p")
         return columns
+
+
+def _largest(column: ca.SX) -> ca.SX:
+    top = column[0]
+    for k in range(1, column.numel()):
+        top = ca.fmax(top, column[k])
+    return top
 
 
 _REMEDY_GAP = "A gap holds coordinates and time only; a velocity goes into gamma_F"

@@ -109,6 +109,18 @@ def velocity_form(data: ModelData, scheme: str, asked: str | None, events: str =
             f"velocity_constraints {asked!r} is unknown; choose one of: {', '.join(known)}"
         )
     if events == "located":
+        one_way = [c.name for c in data.contacts if c.one_way]
+        if one_way:
+            raise ValueError(
+                f"model '{data.name}', events='located': '{one_way[0]}' goes one way by its "
+                "velocity, and events of such contacts are not located. Use events='captured'."
+            )
+        loaded = [c.name for c in data.contacts if c.load is not None]
+        if loaded:
+            raise ValueError(
+                f"model '{data.name}', events='located': friction '{loaded[0]}' is pressed by a "
+                "constraint, and events of such friction are not located. Use events='captured'."
+            )
         if asked == "paper":
             raise ValueError(
                 f"model '{data.name}', velocity_constraints='paper': located steps have them at "

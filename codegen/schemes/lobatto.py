@@ -93,6 +93,7 @@ class Lobatto:
         jacobian_of_stage = (
             *("p_q", "p_v", "F_q", "F_v", "g_q", "gamma_q", "gamma_v"),
             *("g_N_q", "gamma_F_q", "gamma_F_v", "rho_q"),
+            *(("g_N_v", "W_N") if self.d.one_way else ()),
         )
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
@@ -327,7 +328,7 @@ class Lobatto:
             ca.horzcat(
                 self.at(j, "g_q").T,
                 self.at(j, "gamma_v").T,
-                self.at(j, "g_N_q").T,
+                self.at(j, "W_N") if self.d.one_way else self.at(j, "g_N_q").T,
                 self.at(j, "gamma_F_v").T,
             )
             for j in range(s - 1)
@@ -360,12 +361,13 @@ class Lobatto:
         ha = self.h * self.a(i, k)
         gamma = ha * self.at(i, "gamma_q")
         gamma_F = ha * self.at(i, "gamma_F_q")
+        g_N = ha * self.at(i, "g_N_q")
         if i == k:
             gamma = gamma + self.at(i, "gamma_v")
             gamma_F = gamma_F + self.at(i, "gamma_F_v")
-        return ca.sparsify(
-            ca.vertcat(ha * self.at(i, "g_q"), gamma, ha * self.at(i, "g_N_q"), gamma_F)
-        )
+            if self.d.one_way:
+                g_N = g_N + self.at(i, "g_N_v")
+        return ca.sparsify(ca.vertcat(ha * self.at(i, "g_q"), gamma, g_N, gamma_F))
 
     def velocity_values(self) -> Assembly:
         s, d = self.s, self.d

@@ -260,7 +260,8 @@ def _closed(d: Derivation) -> ca.SX:
     """For every contact what must be >= 0 for it to act: -g_N, and its guard."""
     rows = []
     for c in d.data.contacts:
-        gap = None if c.presser is None else d.data.contacts[c.presser].g_N
+        presser = None if c.presser is None else d.data.contacts[c.presser]
+        gap = None if presser is None or presser.one_way else presser.g_N
         closed = ca.SX(0) if gap is None else -gap
         rows.append(closed if c.guard is None else ca.fmin(closed, c.guard))
     return ca.vertcat(ca.SX(0, 1), *rows)

@@ -65,12 +65,15 @@
 #undef SG_N_G
 #undef SG_N_GAMMA
 #undef SG_N_KEY
+#undef SG_N_LOADS
 #undef SG_N_N
+#undef SG_N_ONE_WAY
 #undef SG_N_PROBLEMS
 #undef SG_N_Q
 #undef SG_N_R
 #undef SG_N_ROWS_KEPT
 #undef SG_N_ROWS_TOTAL
+#undef SG_N_SLIP
 #undef SG_N_STAGES
 #undef SG_N_TERMS
 #undef SG_N_U
@@ -379,6 +382,8 @@
 #define sg_is_free bouncing_ball_own_sg_is_free
 #undef sg_is_gap
 #define sg_is_gap bouncing_ball_own_sg_is_gap
+#undef sg_is_place
+#define sg_is_place bouncing_ball_own_sg_is_place
 #undef sg_is_positive
 #define sg_is_positive bouncing_ball_own_sg_is_positive
 #undef sg_is_pressed
@@ -415,6 +420,10 @@
 #define sg_linear_rows bouncing_ball_own_sg_linear_rows
 #undef sg_linearise
 #define sg_linearise bouncing_ball_own_sg_linearise
+#undef sg_load
+#define sg_load bouncing_ball_own_sg_load
+#undef sg_load_share
+#define sg_load_share bouncing_ball_own_sg_load_share
 #undef sg_locate
 #define sg_locate bouncing_ball_own_sg_locate
 #undef sg_lu_factor
@@ -461,6 +470,8 @@
 #define sg_note bouncing_ball_own_sg_note
 #undef sg_note_located
 #define sg_note_located bouncing_ball_own_sg_note_located
+#undef sg_one_way
+#define sg_one_way bouncing_ball_own_sg_one_way
 #undef sg_over_axis
 #define sg_over_axis bouncing_ball_own_sg_over_axis
 #undef sg_past
@@ -477,6 +488,8 @@
 #define sg_path_friction bouncing_ball_own_sg_path_friction
 #undef sg_path_next
 #define sg_path_next bouncing_ball_own_sg_path_next
+#undef sg_path_radius
+#define sg_path_radius bouncing_ball_own_sg_path_radius
 #undef sg_path_rates
 #define sg_path_rates bouncing_ball_own_sg_path_rates
 #undef sg_path_solve

@@ -53,6 +53,10 @@ static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int 
         w->central.rows[row] += radius * s.slip[d] / s.size;
         w->central.rates[row] =
             -radius * s.slip[d] / s.size * (s.soft / s.size) * (s.scale / s.size);
+        for (j = contact->load; j < contact->load + contact->loads; ++j) {
+            w->system.LU[row * n + base + j] +=
+                w->mu[k] * sg_load_share(base, k, j, R) * s.slip[d] / s.size;
+        }
         if (contact->pressing >= 0) {
             w->system.LU[row * n + base + SG_NORMAL + contact->pressing] +=
                 w->mu[k] * s.slip[d] / s.size;
@@ -224,7 +228,7 @@ static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
             const sg_contact *contact = &sg_contacts[k];
             const int normal = sg_normal_of(base, k);
             const int f = sg_slip_of(base, k);
-            real slip[2] = {SG_C(0.0), SG_C(0.0)};
+            real slip[SG_N_SLIP] = {SG_C(0.0)};
             int closed = sg_joins(w, pr, k);
             real size = SG_C(0.0);
             real soft = SG_C(0.0);

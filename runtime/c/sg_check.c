@@ -105,7 +105,8 @@ static int sg_check_active(const SG(work) * w, const SG(options) * opt, int prob
         int must = 0;
         int may = 0;
         const int n = SG_NORMAL + sg_contacts[k].normal;
-        if (sg_contacts[k].normal < 0 || !w->found.exists[k]) {
+        if (sg_contacts[k].normal < 0 || !w->found.exists[k] ||
+            !sg_is_place(sg_contacts[k].normal)) {
             continue;
         }
         for (slot = 0; slot < pr->n_slots; ++slot) {

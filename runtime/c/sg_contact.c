@@ -23,7 +23,7 @@ static inline int sg_is_pressed(const SG(work) * w, int base, int k) {
 /* Slip components of contact k that friction acts on. */
 static inline int sg_rubbing(const SG(work) * w, int k) {
     const sg_contact *contact = &sg_contacts[k];
-    return contact->presser < 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
+    return contact->bound >= 0 || w->mu[k] > SG_C(0.0) ? contact->components : 0;
 }
 
 /* Root of the effective mass of percussion row k relative to the first inertia. */
@@ -149,7 +149,7 @@ static int sg_into_cones(SG(work) * w, const sg_problem *pr) {
                 /* a percussion of friction that weighs as much as a unit of the normal one */
                 const real unit =
                     sg_over_axis(w, contact->friction, sg_root_mass(w, f)) / sg_root_mass(w, n);
-                real own[2];
+                real own[SG_N_SLIP];
                 for (d = 0; d < contact->components; ++d) {
                     own[d] = sg_over_axis(w, contact->friction + d, R[f + d]);
                 }

@@ -8,10 +8,11 @@
 
 /* One contact or friction element: row of its normal law (-1: none, an element), first slip row,
    number of slip components, index of a given bound of its friction (-1: none), whether it has a
-   guard; the contact that presses its friction (itself, or another one before it; -1: the bound is
-   given) and that one's normal row; the next element that the same contact presses (-1: none). */
+   guard; the contact that presses its friction (itself, or another one before it; -1: none) and
+   that one's normal row; the next element that the same contact presses (-1: none); the first
+   bilateral row, and their number, whose percussions press it instead (0: none). */
 typedef struct {
-    int normal, friction, components, bound, guarded, presser, pressing, next;
+    int normal, friction, components, bound, guarded, presser, pressing, next, load, loads;
 } sg_contact;
 
 /* Contact of a slip row, and the component of its slip velocity. */
@@ -80,10 +81,21 @@ static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, r
 static void SG(key)(real t, const real q[], const SG(params) * par, real out[]);
 #endif
 
+/* 1 if normal row n of the model is a gap, 0 if it is a velocity that goes one way. */
+static inline int sg_is_place(int n) {
+#if SG_N_ONE_WAY > 0
+    return !sg_one_way[n];
+#else
+    (void)n;
+    return 1;
+#endif
+}
+
 /* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
 static inline int sg_is_gap(const sg_problem *pr, int slot, int c) {
     return slot < pr->gap_slots &&
-           (c < SG_N_G || (c >= SG_N_G + SG_N_GAMMA && c < SG_N_G + SG_N_GAMMA + SG_N_N));
+           (c < SG_N_G || (c >= SG_N_G + SG_N_GAMMA && c < SG_N_G + SG_N_GAMMA + SG_N_N &&
+                           sg_is_place(c - SG_N_G - SG_N_GAMMA)));
 }
 
 /* 1 if bilateral row c of a slot takes part. */

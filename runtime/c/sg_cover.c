@@ -10,9 +10,11 @@ static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, 
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
-        /* friction elements act with the contact that presses them, which stands before them */
-        int closed = sg_contacts[k].normal < 0 &&
-                     (sg_contacts[k].presser < 0 || w->found.active[sg_contacts[k].presser]);
+        /* friction elements act with the contact that presses them, which stands before them;
+           what goes one way has no place where it could be open */
+        int closed = sg_contacts[k].normal < 0
+                         ? sg_contacts[k].presser < 0 || w->found.active[sg_contacts[k].presser]
+                         : !sg_is_place(sg_contacts[k].normal);
         int pushed = 0;
         const int n = SG_NORMAL + sg_contacts[k].normal;
         for (slot = 0; slot < pr->n_slots && !closed && sg_contacts[k].normal >= 0; ++slot) {
@@ -38,7 +40,8 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     int k, slot;
     for (slot = 0; slot < pr->gap_slots; ++slot) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
-            if (sg_contacts[k].normal >= 0 && w->found.exists[k]) {
+            if (sg_contacts[k].normal >= 0 && sg_is_place(sg_contacts[k].normal) &&
+                w->found.exists[k]) {
                 const real gap =
                     w->found.y[pr->R + slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal];
                 info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;

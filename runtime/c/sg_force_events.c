@@ -52,7 +52,7 @@ static int sg_visit(SG(work) * w, const SG(params) * par, const SG(options) * op
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         w->found.exists[k] = w->segment.exists[k];
         w->segment.mu[k] = w->mu[k];
-        if (sg_contacts[k].components == 2 && sg_rubs(w, k) && sg_slips_in(w->segment.mode[k]) &&
+        if (sg_contacts[k].components > 1 && sg_rubs(w, k) && sg_slips_in(w->segment.mode[k]) &&
             sg_slip_size(w, k) > SG_C(1.0)) {
             const int f = sg_contacts[k].friction;
             (void)sg_friction_slip(w, k, &w->slip_rate[f], &w->segment.direction[f]);

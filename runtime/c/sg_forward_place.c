@@ -103,7 +103,7 @@ static void sg_turn_directions(SG(work) * w, int j) {
         if (sg_contacts[k].components < 2 || !sg_rubs(w, k) || !sg_slips_in(w->segment.mode[k])) {
             continue;
         }
-        size = sg_norm(2, &w->slip_rate[f]);
+        size = sg_norm(sg_contacts[k].components, &w->slip_rate[f]);
         if (SG_N_AXES > 0 || !(sg_slip_size(w, k) > SG_C(1.0))) {
             sg_lose(w, SG_ON_EDGE, k);
             continue;

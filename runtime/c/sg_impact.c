@@ -27,7 +27,7 @@ static void sg_tell(SG(info) * info, real t, int k, int kind, real energy, const
         event->kind = kind;
         event->energy = energy;
         event->P_N = P != NULL && contact->normal >= 0 ? P[SG_NORMAL + contact->normal] : SG_C(0.0);
-        for (d = 0; d < 2; ++d) {
+        for (d = 0; d < SG_N_SLIP; ++d) {
             event->P_F[d] = P != NULL && d < contact->components
                                 ? P[SG_SLIP + contact->friction + d]
                                 : SG_C(0.0);

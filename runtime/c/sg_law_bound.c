@@ -2,8 +2,8 @@
 #include "sg_work.h"
 
 /* The radius of friction: mu R_N of the contact that presses it, its own or another one (rolling
-   and drilling resistance, a brake shoe), or a bound that the model gives as a function of time,
-   place and velocity. */
+   and drilling resistance, a brake shoe), mu |R_g| of the bilateral rows that press it (a slot, a
+   screw, a joint), or a bound that the model gives as a function of time, place and velocity. */
 
 /* 1 where friction follows the normal percussion whatever sign that has: in a segment whose
    contacts keep their modes, so that it is smooth up to the event that ends it and beyond. */
@@ -16,9 +16,38 @@ static inline int sg_is_followed(const SG(work) * w) {
 #endif
 }
 
+/* Size of the bilateral percussions that press friction of contact k in a slot. */
+static inline real sg_load(int base, int k, const real *R) {
+    const sg_contact *contact = &sg_contacts[k];
+    real top = SG_C(0.0);
+    real sum = SG_C(0.0);
+    int c;
+    for (c = 0; c < contact->loads; ++c) {
+        top = sg_max(top, SG_FABS(R[base + contact->load + c]));
+    }
+    for (c = 0; c < contact->loads && top > SG_C(0.0); ++c) {
+        const real share = R[base + contact->load + c] / top;
+        sum += share * share;
+    }
+    return top * SG_SQRT(sum);
+}
+
+/* How the radius of contact k grows with percussion c of its slot, apart from its coefficient: a
+   unit vector of the bilateral percussions that press it. */
+static inline real sg_load_share(int base, int k, int c, const real *R) {
+    const sg_contact *contact = &sg_contacts[k];
+    const real size = sg_load(base, k, R);
+    return c >= contact->load && c < contact->load + contact->loads && size > SG_C(0.0)
+               ? R[base + c] / size
+               : SG_C(0.0);
+}
+
 /* Radius of contact k in a slot with first row `base`, for percussions R of the problem. */
 static inline real sg_radius(const SG(work) * w, int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
+    if (contact->loads > 0) {
+        return w->mu[k] * sg_load(base, k, R);
+    }
     return contact->pressing >= 0
                ? w->mu[k] * R[base + SG_NORMAL + contact->pressing]
                : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];

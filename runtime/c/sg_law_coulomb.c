@@ -10,11 +10,13 @@
 /* Size of a percussion of contact k: at most its radius. */
 static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
-    if (SG_N_AXES > 0 && contact->components == 2) {
-        real own[2];
-        own[0] = sg_over_axis(w, contact->friction, R[0]);
-        own[1] = sg_over_axis(w, contact->friction + 1, R[1]);
-        return sg_norm(2, own);
+    if (SG_N_AXES > 0 && contact->components > 1) {
+        real own[SG_N_SLIP];
+        int d;
+        for (d = 0; d < contact->components; ++d) {
+            own[d] = sg_over_axis(w, contact->friction + d, R[d]);
+        }
+        return sg_norm(contact->components, own);
     }
     return sg_norm(contact->components, R);
 }
@@ -22,7 +24,7 @@ static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
 /* `slip` for a slip velocity; returns the velocity's size. Where it is zero `slip` stays. */
 static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma, real *slip) {
     const sg_contact *contact = &sg_contacts[k];
-    real own[2] = {SG_C(0.0), SG_C(0.0)};
+    real own[SG_N_SLIP] = {SG_C(0.0)};
     real size;
     int d;
     for (d = 0; d < contact->components; ++d) {
@@ -38,7 +40,7 @@ static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma
 /* State and residual of the rows of contact k that begin at f, for percussions R of the problem. */
 static inline void sg_friction_rows(SG(work) * w, int k, int f, const real *R, real radius) {
     const sg_contact *contact = &sg_contacts[k];
-    real z[2];
+    real z[SG_N_SLIP];
     real ratio;
     int d;
     for (d = 0; d < contact->components; ++d) {
@@ -75,17 +77,17 @@ static inline void sg_friction_off(SG(work) * w, int k, int f, const real *R) {
    that of the prox argument. */
 static inline void sg_friction_held(SG(work) * w, int k, int f, const real *R, real radius) {
     const sg_contact *contact = &sg_contacts[k];
-    real z[2] = {SG_C(0.0), SG_C(0.0)};
+    real z[SG_N_SLIP] = {SG_C(0.0)};
     real size;
     int d;
     if (contact->components == 0 || w->rows.kind[f] != SG_ROW_SLIP) {
         return;
     }
-    for (d = 0; d < contact->components && contact->components == 2; ++d) {
+    for (d = 0; d < contact->components && contact->components > 1; ++d) {
         z[d] = sg_over_axis(w, contact->friction + d,
                             w->scales.prox_r[f + d] * w->y[f + d] - R[f + d]);
     }
-    size = sg_norm(2, z);
+    size = sg_norm(SG_N_SLIP, z);
     for (d = 0; d < contact->components; ++d) {
         if (size > SG_C(0.0)) {
             w->rows.slip[f + d] = sg_times_axis(w, contact->friction + d, z[d] / size);
@@ -150,24 +152,30 @@ static inline int sg_into_cone(int n, real mu, real unit, real share, real *R_N,
 /* The law smoothed by e: -R_F = radius slip / size with size^2 = slip^2 + e^2, slip as percussions.
  */
 typedef struct {
-    real slip[2], along[2]; /* along: in units of the semi-axes, twice */
+    real slip[SG_N_SLIP], along[SG_N_SLIP]; /* along: in units of the semi-axes, twice */
     real size, soft, scale;
 } sg_smoothed;
 
 static inline void sg_friction_smooth(const SG(work) * w, int k, int f, real e, sg_smoothed *s) {
     const sg_contact *contact = &sg_contacts[k];
-    real own[2] = {SG_C(0.0), SG_C(0.0)};
+    real sum = SG_C(0.0);
     int d;
     s->scale = sg_over_axis(w, contact->friction, w->central.scale[f]);
     s->soft = e * s->scale;
     for (d = 0; d < contact->components; ++d) {
         s->slip[d] = w->scales.r_auto[f + d] * w->central.y[f + d];
-        own[d] = sg_over_axis(w, contact->friction + d, s->slip[d]);
-        s->along[d] = sg_over_axis(w, contact->friction + d, own[d]);
+        const real own = sg_over_axis(w, contact->friction + d, s->slip[d]);
+        s->along[d] = sg_over_axis(w, contact->friction + d, own);
+        sum += own * own;
     }
-    s->size = SG_SQRT(own[0] * own[0] + own[1] * own[1] + s->soft * s->soft);
+    s->size = SG_SQRT(sum + s->soft * s->soft);
 }
 #endif
+
+/* Radius on a path: that of bilateral percussions stays as it was where the path began. */
+static inline real sg_path_radius(const SG(work) * w, int base, int k) {
+    return sg_radius(w, base, k, sg_contacts[k].loads > 0 ? &w->R[w->path.first] : w->path.R);
+}
 
 /* Margin of a sticking contact to its cone: (mu R_N)^2 - |R_F|^2 = c + b t + a t^2 along a path;
    returns the first zero beyond t = 0. `entering`: c is zero, the margin grows. */
@@ -210,7 +218,7 @@ static real sg_friction_event(const SG(work) * w, int base, int k, real way, int
         *what = SG_STICKS;
         return was == SG_SLIPS ? SG_HUGE : sg_path_zero(value, way * rate);
     } else {
-        const real radius = sg_radius(w, base, k, w->path.R);
+        const real radius = sg_path_radius(w, base, k);
         const real rate =
             contact->pressing >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
         real a = rate * rate;
@@ -242,7 +250,7 @@ static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
             growth += w->rows.slip[f + d] * w->path.y_rate[f + d];
         }
     } else {
-        const real radius = sg_radius(w, base, k, w->path.R);
+        const real radius = sg_path_radius(w, base, k);
         growth = contact->pressing >= 0 ? sg_radius(w, base, k, w->path.R_rate) : SG_C(0.0);
         if (!(radius > SG_C(0.0)) && contact->pressing >= 0) {
             return growth; /* closed without any slip: still at the apex of its cone */
@@ -262,11 +270,11 @@ static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
 static void sg_friction_slips(SG(work) * w, int base, int k, int what, real way) {
     const sg_contact *contact = &sg_contacts[k];
     const int f = base + SG_SLIP + contact->friction;
-    real direction[2] = {SG_C(1.0), SG_C(0.0)};
+    real direction[SG_N_SLIP] = {SG_C(1.0)};
     real size;
     int d;
-    if (what == SG_CLOSES && contact->components == 2 &&
-        (w->rows.slip[f] != SG_C(0.0) || w->rows.slip[f + 1] != SG_C(0.0))) {
+    if (what == SG_CLOSES && contact->components > 1 &&
+        sg_norm(contact->components, &w->rows.slip[f]) > SG_C(0.0)) {
         return;
     }
     if (what == SG_CLOSES) {

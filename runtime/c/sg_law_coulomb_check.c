@@ -4,18 +4,18 @@
 
 /* What the checker asks of friction. */
 
-/* Euclidean norm of one or two components. */
+/* Euclidean norm of a few components; no number if one of them is none. */
 static inline real sg_check_norm(int n, const real *z) {
-    const real first = SG_FABS(z[0]);
-    real second, top;
-    if (n == 1) {
-        return first;
+    real size = SG_FABS(z[0]);
+    int i;
+    for (i = 1; i < n; ++i) {
+        const real top = sg_max(size, SG_FABS(z[i]));
+        const real sum = size + SG_FABS(z[i]);
+        size = top > SG_C(0.0) && sg_finite(sum)
+                   ? top * SG_SQRT((size / top) * (size / top) + (z[i] / top) * (z[i] / top))
+                   : sum;
     }
-    second = SG_FABS(z[1]);
-    top = sg_max(first, second);
-    return top > SG_C(0.0)
-               ? top * SG_SQRT((first / top) * (first / top) + (second / top) * (second / top))
-               : first + second;
+    return size;
 }
 
 /* Percussion in the disc, and against the slip: the dissipation radius |gamma| is attained. `floor`
@@ -49,7 +49,7 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
     real scale = w->scales.percussion_scale[f];
     real radius;
     real blur = SG_C(0.0);
-    real in_disc[2], at_rate[2];
+    real in_disc[SG_N_SLIP], at_rate[SG_N_SLIP];
     int d;
     if (!joins) {
         for (d = 0; d < contact->components; ++d) {
@@ -60,7 +60,13 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
         return 1;
     }
     sg_check_in_disc(w, k, &force, &rate, in_disc, at_rate);
-    if (contact->pressing < 0) {
+    if (contact->loads > 0) {
+        int c;
+        radius = w->mu[k] * sg_load(0, k, at->R);
+        for (c = contact->load; c < contact->load + contact->loads; ++c) {
+            scale = sg_max(scale, w->mu[k] * w->scales.percussion_scale[c]);
+        }
+    } else if (contact->pressing < 0) {
         const int row = (pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS + contact->bound;
         radius = w->found.radius[row];
     } else {

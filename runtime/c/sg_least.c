@@ -81,8 +81,7 @@ static void sg_nearest_in_cones(const SG(work) * w, const sg_problem *pr, real *
                 sg_nearest_of_contact(w, base, k, a, z);
                 ++a;
             } else if (contact->presser < 0 && sg_is_sticking(w, base, k)) {
-                const real radius =
-                    w->radius[slot * SG_N_BOUNDS + contact->bound] / w->system.root_scale[a];
+                const real radius = sg_radius(w, base, k, &w->R[pr->R]) / w->system.root_scale[a];
                 const real size = sg_norm(contact->components, &z[a]);
                 for (d = 0; d < contact->components && size > radius; ++d) {
                     z[a + d] *= radius / size;

@@ -146,6 +146,17 @@ static int sg_masses(SG(work) * w) {
             const real larger = sg_max(m[0], m[1]);
             m[0] = sg_times_axis(w, f, sg_times_axis(w, f, larger));
             m[1] = sg_times_axis(w, f + 1, sg_times_axis(w, f + 1, larger));
+        } else if (sg_contacts[k].components > 2) {
+            /* sliding with drilling: a mass and an inertia, compared in units of the semi-axes */
+            const int f = sg_contacts[k].friction;
+            real *m = &w->masses.m_eff[SG_SLIP + f];
+            real larger = SG_C(0.0);
+            for (c = 0; c < sg_contacts[k].components; ++c) {
+                larger = sg_max(larger, sg_over_axis(w, f + c, sg_over_axis(w, f + c, m[c])));
+            }
+            for (c = 0; c < sg_contacts[k].components; ++c) {
+                m[c] = sg_times_axis(w, f + c, sg_times_axis(w, f + c, larger));
+            }
         }
     }
     return 1;

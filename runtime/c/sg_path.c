@@ -11,6 +11,7 @@
 static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
     const int n = pr->n_slots * SG_N_R;
     int slot, c, k;
+    w->path.first = pr->R;
     for (c = 0; c < n; ++c) {
         w->rows.kind[c] = SG_ROW_ZERO;
         w->rows.slip[c] = SG_C(0.0);
@@ -23,7 +24,7 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
             const sg_contact *contact = &sg_contacts[k];
             const int f = sg_slip_of(0, k);
             const int opens = contact->normal >= 0 || contact->presser < 0;
-            if (sg_joins(w, pr, k) && contact->components == 2 && turn > 0) {
+            if (sg_joins(w, pr, k) && contact->components > 1 && turn > 0) {
                 /* once there is a point to go by, it tells the direction of slip */
                 (void)sg_friction_slip(w, k, &w->y[base + f], &w->rows.slip[base + f]);
             }
@@ -130,8 +131,7 @@ static real sg_path_begin(SG(work) * w, const sg_problem *pr) {
             const int f = slot * SG_N_R + SG_SLIP + sg_contacts[k].friction;
             for (d = 0; d < sg_contacts[k].components && sg_contacts[k].pressing < 0; ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
-                    w->path.R[f + d] =
-                        -sg_radius(w, slot * SG_N_R, k, w->path.R) * w->rows.slip[f + d];
+                    w->path.R[f + d] = -sg_path_radius(w, slot * SG_N_R, k) * w->rows.slip[f + d];
                 }
             }
         }

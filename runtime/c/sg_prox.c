@@ -6,19 +6,21 @@
 /* prox onto the nonpositive numbers; a value inside the band counts as nonpositive. */
 static inline int sg_is_closed(real z, real band) { return z <= band; }
 
-/* Euclidean norm of one or two components; no intermediate overflow. */
+/* Euclidean norm of a few components; no intermediate overflow. */
 static inline real sg_norm(int n, const real *z) {
-    if (n == 1) {
-        return SG_FABS(z[0]);
-    } else {
-        const real a = SG_FABS(z[0]);
-        const real b = SG_FABS(z[1]);
-        const real top = sg_max(a, b);
-        if (!(top > SG_C(0.0))) {
-            return top;
-        }
-        return top * SG_SQRT((a / top) * (a / top) + (b / top) * (b / top));
+    real top = SG_FABS(z[0]);
+    real sum = SG_C(0.0);
+    int i;
+    for (i = 1; i < n; ++i) {
+        top = sg_max(top, SG_FABS(z[i]));
     }
+    if (n == 1 || !(top > SG_C(0.0))) {
+        return top;
+    }
+    for (i = 0; i < n; ++i) {
+        sum += (z[i] / top) * (z[i] / top);
+    }
+    return top * SG_SQRT(sum);
 }
 
 /* prox onto the ball of a radius >= 0: returns 1 inside (identity), else 0 with the unit vector

@@ -92,7 +92,7 @@ static void sg_note(const SG(record) * to, const sg_before *before, real t, real
             event->contact = k;
             event->kind = kind;
             event->P_N = contact->normal < 0 ? SG_C(0.0) : info->P[SG_NORMAL + contact->normal];
-            for (d = 0; d < 2; ++d) {
+            for (d = 0; d < SG_N_SLIP; ++d) {
                 event->P_F[d] =
                     d < contact->components ? info->P[SG_SLIP + contact->friction + d] : SG_C(0.0);
             }

@@ -25,8 +25,13 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         const int pressed = column >= 0 && column == sg_pressing(row) &&
                             (w->R[pr->R + column] >= SG_C(0.0) || sg_is_followed(w));
         const real mine = pressed ? w->mu[k] : SG_C(0.0);
-        return sg_friction_change(w, row, dy, sg_contacts[k].pressing < 0 ? d_radius : mine,
-                                  column);
+        real change = sg_contacts[k].bound >= 0 ? d_radius : mine;
+        if (sg_contacts[k].loads > 0 && column >= 0 &&
+            column / SG_ROWS_OF_SLOT == row / SG_ROWS_OF_SLOT) {
+            change = w->mu[k] * sg_load_share(row - row % SG_ROWS_OF_SLOT, k,
+                                              column % SG_ROWS_OF_SLOT, &w->R[pr->R]);
+        }
+        return sg_friction_change(w, row, dy, change, column);
     }
 }
 
@@ -143,6 +148,8 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
     const real *R = &w->R[pr->R];
     int n = 0;
     int slot, c, d, k;
+    /* friction sees the percussions that press it */
+    condensed = condensed && SG_N_LOADS == 0;
     if (!sg_factor_smooth(w, problem, condensed)) {
         return -1;
     }

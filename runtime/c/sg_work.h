@@ -107,6 +107,7 @@ typedef struct {
 
 /* sg_path.c: contact states along a path of the linearised problem. */
 typedef struct {
+    int first;                 /* percussion of the problem in work.R */
     real row_scale[SG_N_ROWS]; /* of the rows in the choice of pivots */
     real d[SG_N_ROWS];         /* how fast the rows are moved apart with tau */
     real y[SG_N_ROWS];         /* rows at the present tau */

@@ -56,7 +56,7 @@ class LocatedReference(Reference):
     def _first_friction(self, R_N: np.ndarray) -> np.ndarray:
         """R_F^1: what is given and a share of the normal percussions."""
         rows = np.array(self.given[self.n_bilateral - self.n_g :], dtype=R_N.dtype)
-        for _, f, _, n in self.rows:
+        for _, f, _, n, _ in self.rows:
             if n is not None:
                 for j in range(f.start - self.n_normal, f.stop - self.n_normal):
                     rows[j] = rows[j] + self.share[j] * R_N[n - self.n_bilateral]

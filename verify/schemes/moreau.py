@@ -42,7 +42,7 @@ class MoreauReference(Reference):
         r = self.e.p(*there) - self.e.p(*here) - h * force - self.e.W(*here) @ lam
         xi = np.array(self.e.y_dot(*there), dtype=object if self.e.high else float)
         e_N, e_F = self.restitution(at)
-        before = self.e.y_dot(*here)
+        before = self.struck(self.e.y_dot(*here))
         xi[self.n_bilateral : self.n_normal] += e_N * before[self.n_bilateral : self.n_normal]
         xi[self.n_normal :] += e_F * before[self.n_normal :]
         return r, xi
@@ -92,12 +92,15 @@ class MoreauReference(Reference):
         bounds = np.maximum(self.e.value("bound", *middle, v, u, par), 0)
         normal, friction = [], []
         acting: dict[int, bool] = {}
-        for k, (n, f, bound, p) in enumerate(self.rows):
+        for k, (n, f, bound, p, load) in enumerate(self.rows):
             exists = self.e.contacts[k].guard is None or guard[k] >= 0
             if n is not None:
-                acting[n] = exists and gaps[n - self.n_bilateral] <= 0
+                free = gaps[n - self.n_bilateral] > 0 and not self.e.contacts[k].one_way
+                acting[n] = exists and not free
                 normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if acting[n] else P[n])
-            if p is None:
+            if load is not None:
+                radius = mu[k] * float(np.linalg.norm(P[load]))
+            elif p is None:
                 radius = h * bounds[bound]
             else:
                 radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
@@ -117,7 +120,7 @@ class MoreauReference(Reference):
         sizes = super().sizes(whole, t, q, v, u, par, h, r)
         s = self.s
         per_friction, first = [], 0
-        for _, f, _, _ in self.rows:
+        for _, f, *_ in self.rows:
             width = f.stop - f.start
             per_friction.append(sizes["friction"][first : first + width])
             first += s * width
