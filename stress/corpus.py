@@ -33,6 +33,7 @@ from signorini.models import (
     vibrating_table,
     woodpecker,
 )
+from signorini.stress.laws import LAWS
 from signorini.stress.scene import Case, Scene
 
 SEED = 1
@@ -411,6 +412,7 @@ CORPUS = (
     Scene("vibrating", "table throws and catches", vibrating_table.model, vibrating, 300, 3),
     Scene("belt", "stick and slip on a belt", conveyor_oscillator.model, belt, 400, 2),
     Scene("hill", "lifts off a slope and lands", slope.model, hill, 200, 3),
+    *LAWS,
 )  # fmt: skip
 # Wedged in space: steps that fail here cannot be examined. These scenes run only when named.
 BEYOND = (

@@ -102,15 +102,17 @@ class _Contacts:
         self.bound = stages("bound") if any(c["bound"] >= 0 for c in self.rows) else None
         # A run at rest has the speed that its percussions would give.
         mobility = 0.0
-        if stepper.sizes["n_N"]:
+        if self.rows:
             first = (traj.t[0], traj.q[0], traj.v[0])
-            W, M = (stepper.evaluate(name, *first, parameters=par) for name in ("W_N", "p_v"))
+            directions = "W_N" if stepper.sizes["n_N"] else "W_F"
+            W, M = (stepper.evaluate(name, *first, parameters=par) for name in (directions, "p_v"))
             mobility = float(np.einsum("ik,ik->k", W, np.linalg.solve(M, W)).max())
         # Steps in several parts, and those that were cut at events, do not show their stages.
         self.whole = (traj.substeps[1:] == 0) & np.isfinite(traj.t_stage[:, 0])
         self.g_N[~self.whole] = np.inf
         speeds = [np.abs(traj.g_N_dot).max(initial=0), np.abs(traj.gamma_F).max(initial=0)]
-        self.P_top = max(np.abs(traj.P_N).max(initial=0), np.abs(traj.P_F).max(initial=0), 1e-300)
+        percussions = (traj.P_N, traj.P_F, traj.P_g, traj.P_gamma)
+        self.P_top = max(*(np.abs(x).max(initial=0) for x in percussions), 1e-300)
         self.R_top = max(np.abs(traj.R_N[self.whole, :-1]).max(initial=0), self.P_top)
         self.speed = max(*speeds, self.P_top * mobility, 1e-300)
         self.kinetic = self.P_top**2 * mobility / 2
@@ -132,7 +134,10 @@ class _Contacts:
             if c["components"]:
                 f = slice(c["friction"], c["friction"] + c["components"])
                 size = self.laws[k].size(self.traj.P_F[1:, f], self.mu_F[f])
-                radius = self._radius(k, self.mu, self.traj.P_N[1:], self.h * self._mean_bound(c))
+                bound = self.h * self._mean_bound(c)
+                if c["loads"]:
+                    bound = self.mu[:, k] * self._load(c, self.traj.P_g[1:], self.traj.P_gamma[1:])
+                radius = self._radius(k, self.mu, self.traj.P_N[1:], bound)
                 slips = (size >= radius * (1 - _STICKING)) & (radius > 0)
                 at = self.closed[:, k] if c["presser"] >= 0 else np.ones(self.n, dtype=bool)
                 states[:, k] = np.where(at & slips, 2, np.where(at, 1, 0))
@@ -142,6 +147,12 @@ class _Contacts:
         if self.bound is None or contact["bound"] < 0:
             return np.zeros(self.n)
         return np.maximum(self.bound[..., contact["bound"]], 0) @ self._weights()
+
+    @staticmethod
+    def _load(contact: dict[str, int], P_g: np.ndarray, P_gamma: np.ndarray) -> np.ndarray:
+        """Size of the bilateral percussions that press a friction element."""
+        P = np.concatenate([P_g, P_gamma], axis=1)
+        return np.linalg.norm(P[:, contact["load"] : contact["load"] + contact["loads"]], axis=1)
 
     def _weights(self) -> np.ndarray:
         c = self.traj.t_stage[0] - self.traj.t_stage[0, 0]
@@ -190,11 +201,18 @@ class _Contacts:
                 bound = np.zeros(np.count_nonzero(at))
                 if self.bound is not None and c["bound"] >= 0:
                     bound = self.h * np.maximum(self.bound[at, i - 1, c["bound"]], 0)
+                if c["loads"]:
+                    R = self.traj.R_g[at, i - 1], self.traj.R_gamma[at, i - 1]
+                    bound = self.mu[at, k] * self._load(c, *R)
                 radius = self._radius(k, self.mu[at], R_N, bound)
                 R_F, slip = self.traj.R_F[at, i - 1, f], self.gamma_F[at, i, f]
                 worst = max(worst, self._in_cone(k, R_F, slip, radius, self.R_top))
             P = self.traj.P_N[1:][at]
-            radius = self._radius(k, self.mu[at], P, (self.h * self._mean_bound(c))[at])
+            bound = (self.h * self._mean_bound(c))[at]
+            if c["loads"]:
+                both = self.traj.P_g[1:][at], self.traj.P_gamma[1:][at]
+                bound = self.mu[at, k] * self._load(c, *both)
+            radius = self._radius(k, self.mu[at], P, bound)
             before, after = self.traj.gamma_F[:-1][at, f], self.traj.gamma_F[1:][at, f]
             xi = after + self.e_F[at, k][:, None] * before
             P_F = self.traj.P_F[1:][at, f]

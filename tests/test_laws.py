@@ -373,6 +373,13 @@ def test_a_freewheel_is_struck_backwards(stepper: Build) -> None:
     )
     assert run.v[1:, 0] == pytest.approx(1)
     assert run["clutch.force_N"][1] * 1e-4 == pytest.approx(0.2 * 3)
+    # forwards it runs out against the brake, and restitution is nothing to it
+    run = stepper(freewheel.model, 2).simulate(
+        dt=7e-3, t_end=0.7, v0=[2], parameters={"e_N": 0.9, "M": 1.0, "T": 0.0}
+    )
+    assert run.v[50, 0] == pytest.approx(2 - 5 * 50 * 7e-3)
+    assert run.v.min() >= 0
+    assert run.v[-1, 0] == 0
 
 
 def ratchets() -> sg.Model:
