@@ -213,6 +213,7 @@ class Scene:
         e_F: Any = 0,
         guard: Any = None,
         friction: bool = True,
+        impact: str = "newton",
         rolling: Any = None,
         drilling: Any = None,
         coupling: str | None = None,
@@ -224,7 +225,7 @@ class Scene:
         one, other : Point or Round or Ellipsoid, and Plane or Round or Surface or Edge
             Point, round or ellipsoid with plane; round with round; point with curve or surface;
             point with edge (exists while the point faces the edge).
-        mu, e_N, e_F, guard
+        mu, e_N, e_F, guard, impact
             As in `Model.contact`.
         friction : bool
             False leaves out the slip velocity.
@@ -278,6 +279,7 @@ class Scene:
             e_N=e_N,
             e_F=e_F,
             guard=guard,
+            impact=impact,
             coupling=coupling,
             **laws,
         )

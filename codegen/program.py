@@ -558,7 +558,8 @@ def restitution(
         if c.g_N is not None:
             # what goes one way is struck only where it comes backwards
             before = ca.fmin(g_N_dot[normal], 0) if c.one_way else g_N_dot[normal]
-            xi_N.append(e_N[k] * before)
+            # Poisson's restitution is one of percussions: in C
+            xi_N.append(ca.SX(0) if c.poisson else e_N[k] * before)
             normal += 1
         xi_F += [e_F[k] * gamma_F[first + j] for j in range(c.n_F)]
         first += c.n_F

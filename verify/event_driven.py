@@ -157,20 +157,26 @@ class EventDriven:
     # --- contact problems ------------------------------------------------------------------------
 
     def _sweep(
-        self, G: np.ndarray, y: np.ndarray, blocks: Sequence[tuple[Rows, slice, float, float]]
+        self,
+        G: np.ndarray,
+        y: np.ndarray,
+        blocks: Sequence[tuple[Rows, slice, float, float]],
+        back: np.ndarray | None = None,
     ) -> np.ndarray:
         """Percussions P of 0 <= y + G P and friction, by projections one contact after the other.
 
-        A block holds the rows, the slip rows that may stick, mu and the bound.
+        A block holds the rows, the slip rows that may stick, mu and the bound; `back` presses
+        friction besides P.
         """
         P = np.zeros(y.size)
+        more = np.zeros(y.size) if back is None else back
         for _ in range(_SWEEPS):
             change = 0.0
             for (n, _, _, p, _), f, mu, bound in blocks:
                 old = P[[*([] if n is None else [n]), *range(f.start, f.stop)]].copy()
                 if n is not None and G[n, n] > 0:
                     P[n] = max(P[n] - (y[n] + G[n] @ P) / G[n, n], 0.0)
-                radius = bound if p is None else mu * P[p]
+                radius = bound if p is None else mu * (P[p] + more[p])
                 if f.stop > f.start:
                     largest = np.max(np.linalg.eigvalsh(G[f, f]))
                     trial = P[f] - (y[f] + G[f] @ P) / max(largest, 1e-300)
@@ -206,11 +212,18 @@ class EventDriven:
         for k, row in enumerate(self.rows):
             n, f = row.normal, row.friction
             if row.presses is not None and row.presses in acting:
-                if n is not None:
+                if n is not None and self.e.contacts[k].impact == "newton":
                     y[n] += e_N[k] * rates[n]
                 y[f] += e_F[k] * rates[f]
                 blocks.append((row, f, mu[k], 0.0))
         P = self._sweep(G, y, blocks)
+        given, back = np.zeros(y.size), np.zeros(y.size)
+        for k, (n, f, *_) in enumerate(self.rows):
+            if n is not None and self.e.contacts[k].impact == "poisson":
+                back[n] = e_N[k] * P[n]
+                given[n], given[f] = P[n] + back[n], P[f]
+        if np.any(back > 0):
+            P = given + self._sweep(G, y + G @ given, blocks, back)
         return np.asarray(v + Z @ P)
 
     def choose(self, at: tuple[Any, ...]) -> list[Mode]:

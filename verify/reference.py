@@ -218,7 +218,14 @@ class Reference:
         e_N, e_F = self.e.value("e_N", *at), self.e.value("e_F", *at)
         kind = object if self.e.high else float
         return (
-            np.array([e_N[k] for k, c in enumerate(contacts) if c.g_N is not None], kind),
+            np.array(
+                [
+                    0 * e_N[k] if c.impact == "poisson" else e_N[k]
+                    for k, c in enumerate(contacts)
+                    if c.g_N is not None
+                ],
+                kind,
+            ),
             np.array([e_F[k] for k, c in enumerate(contacts) for _ in c.gamma_F], kind),
         )
 
@@ -357,6 +364,11 @@ class Reference:
         return self.effective_masses(at)
 
     @property
+    def covers_impacts(self) -> bool:
+        """Whether the impact laws of all contacts are known here; Poisson's is not."""
+        return all(contact.impact == "newton" for contact in self.e.contacts)
+
+    @property
     def _is_gap(self) -> np.ndarray:
         """Which rows of y are gaps or position constraints."""
         index = np.arange(self.n_R)
@@ -458,6 +470,8 @@ class Reference:
                 acting[n] = exists and (joins or self.e.contacts[k].one_way)
                 xi = end_rates[n] + e_N[k] * start_rates[n]
                 normal.append(P[n] + min(r[n] * xi - P[n], 0) if acting[n] else P[n])
+                if self.e.contacts[k].impact == "poisson":
+                    normal[-1] = 0.0  # in two phases, see `covers_impacts`
             if load is not None:
                 radius = mu[k] * float(np.linalg.norm(P[load]))
             elif p is None:
@@ -465,7 +479,8 @@ class Reference:
             else:
                 radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
             xi_F = end_rates[f] + e_F[k] * start_rates[f]
-            friction.append(self.friction(k, P[f], xi_F, radius, r, mu_F))
+            rub = self.friction(k, P[f], xi_F, radius, r, mu_F)
+            friction.append(0 * rub if self.e.contacts[k].impact == "poisson" else rub)
         return normal, friction
 
     def mu_F(self, *at: Any) -> np.ndarray:

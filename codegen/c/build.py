@@ -179,6 +179,12 @@ def emit_spec(
         registered, value = schemes.find(scheme, form, used)
         number = int(stages) if isinstance(stages, np.integer) else stages
         plan = registered.make(d, number, value)
+        poisson = [c.name for c in data.contacts if c.poisson]
+        if derivatives and poisson:
+            raise ValueError(
+                f"model '{data.name}', derivatives=True: impacts of '{poisson[0]}' are Poisson's, "
+                "and these are not differentiated. Use impact='newton'."
+            )
         plan = with_forward(d, plan) if derivatives else plan
     except ValueError as error:
         raise GenerationError(str(error)) from None
@@ -468,6 +474,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
                 -1 if c.presser is None else next(pressed, -1),
                 *(c.load or (0, 0)),
                 c.one_way,
+                c.poisson,
                 c.guard is not None if guarded is None else guarded[k],
                 c.guard is not None and c.presser in (None, k),
                 c.law,

@@ -97,6 +97,8 @@ class Sizes:
     n_events: int
     n_ways: int
     n_slip: int
+    n_expanded: int
+    n_expanded_x: int
     n_one_way: int
     n_loads: int
     spatial: bool
@@ -150,6 +152,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_dense=scheme.stages if located else 0,
         n_events=MAX_EVENTS if located else 0,
         # start, parameters, inputs, three times; and the length of a segment
+        n_expanded=n_R if any(c.poisson for c in data.contacts) else 0,
+        n_expanded_x=data.n_q if any(c.poisson for c in data.contacts) else 0,
         n_slip=max([2, *(c.n_F for c in data.contacts)]),
         n_one_way=sum(c.one_way for c in data.contacts),
         n_loads=sum(c.load is not None for c in data.contacts),

@@ -64,6 +64,7 @@ class ContactRow:
     load: int  # first bilateral row that presses its friction
     loads: int  # their number, 0: none
     one_way: bool  # its normal row is a velocity
+    poisson: bool  # restitution is of percussions
     guarded: bool  # exists only while its entry of work.guard is >= 0
     has_guard: bool  # the model gives a guard
     law: str  # of its friction: none, coulomb, elliptic or bound

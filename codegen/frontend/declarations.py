@@ -55,6 +55,7 @@ class ContactDeclaration:
     pressed_by: str = ""
     load: Reaction | None = None
     one_way: bool = False
+    impact: str = "newton"
     never: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -307,6 +307,7 @@ class Model:
         e_N: Any = 0,
         e_F: Any = 0,
         guard: Any = None,
+        impact: str = "newton",
         rolling: tuple[Any, Any] | None = None,
         drilling: tuple[Any, Any] | None = None,
         coupling: str | None = None,
@@ -333,6 +334,11 @@ class Model:
             Normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
+        impact : {"newton", "poisson"}
+            What e_N restores. Newton: the normal velocity. Poisson: of the percussion in a
+            compression, solved without restitution over all contacts, at least the share e_N in an
+            expansion; with friction, and where several contacts are struck, energy is not gained.
+            It has no tangential restitution.
         rolling, drilling : pair (radius, rate), optional
             Resistance to rolling and to spinning on the spot. `radius` >= 0 [m], a number or an
             expression of parameters; `rate` the relative angular velocity [rad/s] affine in v: of
@@ -373,10 +379,26 @@ class Model:
                         f"is {value}, but the contact has no slip velocity gamma_F",
                         "Give gamma_F, or leave out mu and e_F for a frictionless contact",
                     )
+        if impact not in ("newton", "poisson"):
+            raise ModelError(
+                self.name,
+                f"impact of contact '{name}'",
+                f"is {impact!r}",
+                "Give 'newton' or 'poisson'",
+            )
+        if impact == "poisson" and not (is_number(e_F) and float(e_F) == 0):
+            raise ModelError(
+                self.name,
+                f"e_F of contact '{name}'",
+                f"is {e_F}, and Poisson's law has no tangential restitution here",
+                "Leave it out, or take impact='newton'",
+            )
         if coupling is not None:
             mu, gamma_F = self._coupled(name, coupling, mu, gamma_F, drilling)
             drilling = None
-        self._add_contact(name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard)
+        self._add_contact(
+            name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard, impact=impact
+        )
         for kind, resistance in (("rolling", rolling), ("drilling", drilling)):
             if resistance is not None:
                 radius, rate = self._resistance(f"{kind} of contact '{name}'", resistance)

@@ -40,6 +40,8 @@ class Contact:
         First bilateral row, and their number, whose percussions press friction instead.
     one_way : bool
         What may not become negative is a velocity, not a gap.
+    poisson : bool
+        e_N gives back percussions of the compression, not velocities.
     bound : SX scalar or None
         Largest friction force of an element that nothing presses.
     guard : SX scalar or None
@@ -58,6 +60,7 @@ class Contact:
     presser: int | None = None
     load: tuple[int, int] | None = None
     one_way: bool = False
+    poisson: bool = False
 
     @property
     def law(self) -> str:

@@ -313,6 +313,7 @@ class _Freezer:
             presser=presser,
             load=None if c.load is None else self.load(where, c.load),
             one_way=c.one_way,
+            poisson=c.impact == "poisson",
             **laws,
         )
 

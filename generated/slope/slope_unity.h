@@ -62,6 +62,7 @@
 #undef SG_N_CHAIN
 #undef SG_N_CONTACTS
 #undef SG_N_EVENTS
+#undef SG_N_EXPANDED
 #undef SG_N_G
 #undef SG_N_GAMMA
 #undef SG_N_KEY
@@ -77,6 +78,7 @@
 #undef SG_N_STAGES
 #undef SG_N_TERMS
 #undef SG_N_U
+#undef SG_N_X
 #undef SG_N_X_KEPT
 #undef SG_N_X_TOTAL
 #undef SG_PARTS
@@ -190,6 +192,8 @@
 #define sg_arrive slope_own_sg_arrive
 #undef sg_attempt
 #define sg_attempt slope_own_sg_attempt
+#undef sg_back
+#define sg_back slope_own_sg_back
 #undef sg_before
 #define sg_before slope_own_sg_before
 #undef sg_begin
@@ -300,6 +304,8 @@
 #define sg_expand slope_own_sg_expand
 #undef sg_expand_direction
 #define sg_expand_direction slope_own_sg_expand_direction
+#undef sg_expand_impact
+#define sg_expand_impact slope_own_sg_expand_impact
 #undef sg_factor_mass
 #define sg_factor_mass slope_own_sg_factor_mass
 #undef sg_factor_smooth
@@ -346,6 +352,8 @@
 #define sg_friction_slips slope_own_sg_friction_slips
 #undef sg_friction_smooth
 #define sg_friction_smooth slope_own_sg_friction_smooth
+#undef sg_give_back
+#define sg_give_back slope_own_sg_give_back
 #undef sg_goes_round
 #define sg_goes_round slope_own_sg_goes_round
 #undef sg_has_mobility
@@ -382,6 +390,8 @@
 #define sg_is_free slope_own_sg_is_free
 #undef sg_is_gap
 #define sg_is_gap slope_own_sg_is_gap
+#undef sg_is_impact
+#define sg_is_impact slope_own_sg_is_impact
 #undef sg_is_place
 #define sg_is_place slope_own_sg_is_place
 #undef sg_is_positive
@@ -506,6 +516,8 @@
 #define sg_phi_change slope_own_sg_phi_change
 #undef sg_pivots_hold
 #define sg_pivots_hold slope_own_sg_pivots_hold
+#undef sg_poisson
+#define sg_poisson slope_own_sg_poisson
 #undef sg_position
 #define sg_position slope_own_sg_position
 #undef sg_prepare
@@ -526,6 +538,8 @@
 #define sg_radius slope_own_sg_radius
 #undef sg_range
 #define sg_range slope_own_sg_range
+#undef sg_rebounds
+#define sg_rebounds slope_own_sg_rebounds
 #undef sg_recall
 #define sg_recall slope_own_sg_recall
 #undef sg_record
@@ -562,6 +576,8 @@
 #define sg_row_scales slope_own_sg_row_scales
 #undef sg_rows
 #define sg_rows slope_own_sg_rows
+#undef sg_rows_at
+#define sg_rows_at slope_own_sg_rows_at
 #undef sg_rubbing
 #define sg_rubbing slope_own_sg_rubbing
 #undef sg_say_held

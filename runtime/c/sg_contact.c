@@ -17,7 +17,8 @@ static inline int sg_joins(const SG(work) * w, const sg_problem *pr, int k) {
 /* 1 if friction of contact k in a slot with first row `base` is pressed, or has a given bound. */
 static inline int sg_is_pressed(const SG(work) * w, int base, int k) {
     const int pressing = sg_contacts[k].pressing;
-    return pressing < 0 || w->rows.kind[base + SG_NORMAL + pressing] == SG_ROW_FREE;
+    return pressing < 0 || w->rows.kind[base + SG_NORMAL + pressing] == SG_ROW_FREE ||
+           sg_back(w, pressing) > SG_C(0.0);
 }
 
 /* Slip components of contact k that friction acts on. */
@@ -54,13 +55,12 @@ static void sg_contact_rows(SG(work) * w, int problem) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             const sg_contact *contact = &sg_contacts[k];
             const int f = sg_slip_of(base, k);
-            int closed = sg_joins(w, pr, k);
+            const int joins = sg_joins(w, pr, k);
             if (contact->normal >= 0) {
                 const int n = sg_normal_of(base, k);
-                closed = closed && sg_signorini_closes(w, n, R[n]);
-                sg_signorini_row(w, n, R[n], closed);
+                sg_signorini_row(w, n, R[n], joins && sg_signorini_closes(w, n, R[n]));
             }
-            if (!closed || !sg_is_pressed(w, base, k) || sg_rubbing(w, k) == 0) {
+            if (!joins || !sg_is_pressed(w, base, k) || sg_rubbing(w, k) == 0) {
                 sg_friction_off(w, k, f, R);
             } else {
                 sg_friction_rows(w, k, f, R, sg_max(sg_radius(w, base, k, R), SG_C(0.0)));

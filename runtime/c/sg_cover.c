@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_solve.c"
+#include "sg_poisson.c"
 
 /* A step from its start to its end: problems in turn, check, substeps as the last resort. */
 
@@ -96,6 +96,10 @@ static void sg_retain(SG(work) * w, const SG(params) * par) {
 static int sg_prepare(SG(work) * w, const SG(params) * par, real t, real h) {
     int k;
     sg_begin(w, par, t, h);
+#if SG_N_EXPANDED > 0
+    w->expansion.expands = 0;
+    sg_fill(SG_N_N, SG_C(0.0), w->expansion.back);
+#endif
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         if (!sg_is_coefficient(w->mu[k], SG_HUGE) || !sg_is_coefficient(w->e_N[k], SG_C(1.0)) ||
             !sg_is_coefficient(w->e_F[k], SG_C(1.0))) {
@@ -129,6 +133,11 @@ static int sg_attempt(SG(work) * w, const SG(params) * par, const SG(options) * 
 #endif
     for (problem = 0; problem < SG_N_CHAIN; ++problem) {
         status = sg_solve(w, s, par, opt, info, problem, warm, effort, end);
+#if SG_N_EXPANDED > 0
+        if (status == SG_K(OK) && problem + 1 == SG_N_CHAIN) {
+            status = sg_expand_impact(w, s, par, opt, info, problem, effort, end);
+        }
+#endif
         if (status != SG_K(OK)) {
             w->found.stuck = problem;
             return status;

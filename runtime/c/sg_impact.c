@@ -116,6 +116,12 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
     ++w->segment.solves;
     status = sg_solve(w, &w->trial, par, opt, info, SG_IMPACT, 0, SG_WHOLE,
                       info->iterations + sg_end_of(opt, SG_WHOLE));
+#if SG_N_EXPANDED > 0
+    if (status == SG_K(OK)) {
+        status = sg_expand_impact(w, &w->trial, par, opt, info, SG_IMPACT, SG_WHOLE,
+                                  info->iterations + sg_end_of(opt, SG_WHOLE));
+    }
+#endif
     if (status != SG_K(OK)) {
         return status;
     }

@@ -16,6 +16,17 @@ static inline int sg_is_followed(const SG(work) * w) {
 #endif
 }
 
+/* What normal row n gives back in the expansion of an impact: it presses friction, too. */
+static inline real sg_back(const SG(work) * w, int n) {
+#if SG_N_EXPANDED > 0
+    return w->expansion.back[n];
+#else
+    (void)w;
+    (void)n;
+    return SG_C(0.0);
+#endif
+}
+
 /* Size of the bilateral percussions that press friction of contact k in a slot. */
 static inline real sg_load(int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
@@ -49,7 +60,8 @@ static inline real sg_radius(const SG(work) * w, int base, int k, const real *R)
         return w->mu[k] * sg_load(base, k, R);
     }
     return contact->pressing >= 0
-               ? w->mu[k] * R[base + SG_NORMAL + contact->pressing]
+               ? w->mu[k] *
+                     (R[base + SG_NORMAL + contact->pressing] + sg_back(w, contact->pressing))
                : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
 }
 

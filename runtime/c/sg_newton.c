@@ -111,9 +111,22 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     return n - rank;
 }
 
+/* Rows of a problem at the unknowns; in an expansion with the percussions that are given. */
+static inline void sg_rows_at(SG(work) * w, const SG(params) * par, int problem) {
+    SG(values)(w, par, problem);
+#if SG_N_EXPANDED > 0
+    if (w->expansion.expands) {
+        int i;
+        for (i = 0; i < SG_N_Q; ++i) {
+            w->r[i] += w->expansion.momentum[i];
+        }
+    }
+#endif
+}
+
 static inline void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                                int problem) {
-    SG(values)(w, par, problem);
+    sg_rows_at(w, par, problem);
     sg_row_scales(w, opt, problem);
 #if SG_LOCATED
     if (w->segment.held) {

@@ -10,7 +10,7 @@ static void sg_settle(SG(work) * w, const SG(params) * par, const SG(options) * 
     int round;
     for (round = 0; round < limit; ++round) {
         real measure;
-        SG(values)(w, par, problem);
+        sg_rows_at(w, par, problem);
         sg_row_scales(w, opt, problem);
         sg_held_rows(w, pr);
         measure = sg_residual(w, opt, problem);

@@ -95,6 +95,14 @@ typedef struct {
     real correction[SG_N_ROWS]; /* what the projections left out so far */
 } SG(least);
 
+/* sg_poisson.c: what the compression of an impact leaves to its expansion. */
+typedef struct {
+    int expands;                    /* whether the expansion is being solved */
+    real given[SG_N_EXPANDED];      /* percussions that are given, row by row */
+    real back[SG_N_EXPANDED];       /* of normal rows what e_N gives back */
+    real momentum[SG_N_EXPANDED_X]; /* what the given percussions do to the momenta */
+} SG(expansion);
+
 /* sg_law_elliptic.c: semi-axes of the sets of friction, one for each slip component. */
 typedef struct {
     real axis[SG_N_AXES]; /* relative to the larger coefficient of its contact */

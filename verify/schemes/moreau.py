@@ -98,13 +98,16 @@ class MoreauReference(Reference):
                 free = gaps[n - self.n_bilateral] > 0 and not self.e.contacts[k].one_way
                 acting[n] = exists and not free
                 normal.append(P[n] + min(r[n] * xi[n] - P[n], 0) if acting[n] else P[n])
+                if self.e.contacts[k].impact == "poisson":
+                    normal[-1] = 0.0
             if load is not None:
                 radius = mu[k] * float(np.linalg.norm(P[load]))
             elif p is None:
                 radius = h * bounds[bound]
             else:
                 radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
-            friction.append(self.friction(k, P[f], np.asarray(xi[f], float), radius, r, mu_F))
+            rub = self.friction(k, P[f], np.asarray(xi[f], float), radius, r, mu_F)
+            friction.append(0 * rub if self.e.contacts[k].impact == "poisson" else rub)
         return {
             "end": momentum,
             **self._place(step, self._end_place(q, v, step.v_end, h)),
