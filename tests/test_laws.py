@@ -670,6 +670,25 @@ def test_poissons_law_is_compression_and_expansion(stepper: Build) -> None:
     assert gained[1] > 1
 
 
+def pile() -> sg.Model:
+    """Two balls on top of each other."""
+    m = sg.Model("pile")
+    a, b = m.coordinates("a b")
+    v_a, v_b = m.velocities
+    m.lagrangian = (v_a**2 + v_b**2) / 2 - G * (a + b)
+    m.contact("floor", g_N=a, e_N=0.9, impact="poisson")
+    m.contact("between", g_N=b - a, e_N=0.9, impact="poisson")
+    m.initial_state(q=[0, 0])
+    return m
+
+
+def test_what_rests_by_poissons_law_goes_on_resting(stepper: Build) -> None:
+    """The weight of a step is no compression."""
+    run = stepper(pile, 2).simulate(dt=1e-2, t_end=1)
+    assert np.abs(run.v).max() < 1e-13
+    assert run["floor.force_N"][1:] == pytest.approx(2 * G)
+
+
 def cradle(impact: str) -> sg.Model:
     """Four balls in a row, touching but for the first."""
     m = sg.Model("cradle_of_four")
