@@ -59,10 +59,11 @@ static inline real sg_radius(const SG(work) * w, int base, int k, const real *R)
     if (contact->loads > 0) {
         return w->mu[k] * sg_load(base, k, R);
     }
-    return contact->pressing >= 0
-               ? w->mu[k] *
-                     (R[base + SG_NORMAL + contact->pressing] + sg_back(w, contact->pressing))
-               : w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
+    if (contact->pressing >= 0) {
+        const real pressed = R[base + SG_NORMAL + contact->pressing];
+        return w->mu[k] * (pressed + sg_back(w, contact->pressing));
+    }
+    return w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
 }
 
 /* Change of the given bound in row `row` along z; zero for rows of contacts. */
