@@ -280,6 +280,73 @@ def test_stick_and_slip_with_falling_friction(stepper: Build) -> None:
     assert abs(errors[1][0]) < 1e-3 * period
 
 
+def belt(mu_at: str = "stages") -> sg.Model:
+    """The same block; on a rail with the same law as a force where `mu_at` is empty."""
+    m = sg.Model("belt")
+    x, y = m.coordinates("x y")
+    v_x, v_y = m.velocities
+    slip = v_x - BELT
+    mu = MU_D + (MU_S - MU_D) * sp.exp(-((slip / V_S) ** 2))
+    m.lagrangian = (v_x**2 + v_y**2) / 2 - K * x**2 / 2 - G * y
+    if mu_at:
+        m.contact("belt", g_N=y, gamma_F=slip, mu=mu, mu_at=mu_at)
+    else:
+        m.force({"x": mu * G})
+        m.constraint("rail", y)
+    m.initial_state(q=[0, 0], v=[BELT, 0])
+    m.suggest(dt=1e-3, t_end=1)
+    return m
+
+
+@pytest.mark.parametrize(
+    ("stages", "options"),
+    [
+        (2, {}),
+        pytest.param(3, {}, marks=pytest.mark.thorough),
+        pytest.param(2, {"events": "located"}, marks=pytest.mark.thorough),
+        (3, {"events": "located"}),
+    ],
+)
+def test_coefficients_at_the_stages_have_the_order_of_the_scheme(
+    stepper: Build, stages: int, options: dict[str, Any]
+) -> None:
+    """While it slides one way, friction that falls with the slip is a smooth force."""
+    start = {"q0": [-0.02, 0], "v0": [-0.3, 0], "t_end": 0.04}
+    exact = sg.build(belt(""), stages=4).simulate(dt=5e-4, **start)
+    made = stepper(belt, stages, **options)
+    errors = [
+        np.abs(made.simulate(dt=dt, **start, **options).q[-1, 0] - exact.q[-1, 0])
+        for dt in (4e-3, 2e-3)
+    ]
+    assert np.log2(errors[0] / errors[1]) > 2 * stages - 2.2, errors
+
+
+def test_the_limit_cycle_at_the_order_of_the_scheme(stepper: Build) -> None:
+    """Located events and coefficients at the stages, s = 3: the period to nine digits."""
+    period, _ = limit_cycle()
+    run = stepper(belt, 3, events="located").simulate(events="located", dt=2e-3, t_end=2)
+    tears = [t for kind, _, t in kinds(run) if kind == "slip"]
+    assert tears[-1] - tears[-2] == pytest.approx(period, abs=2e-8)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "options", [{}, {"events": "located"}, {"scheme": "moreau"}, {"precision": "float"}]
+)
+def test_coefficients_at_the_stages_are_checked(options: dict[str, Any]) -> None:
+    report = sg.check(belt(), stages=(2,), **options)
+    assert report.passed, str(report)
+
+
+def test_where_coefficients_cannot_be_taken() -> None:
+    m = sg.Model("m")
+    (y,) = m.coordinates("y")
+    with pytest.raises(sg.ModelError, match=r"mu_at of contact 'a': is 'end'"):
+        m.contact("a", g_N=y, mu_at="end")
+    with pytest.raises(sg.GenerationError, match=r"coefficient of 'belt' is taken at the stages"):
+        sg.build(belt(), stages=2, derivatives=True)
+
+
 def ramp() -> sg.Model:
     """A block that slides onto a rough floor, and under an input that loads its coefficient."""
     m = sg.Model("ramp")

@@ -62,7 +62,8 @@ def accepts(
             elif p is None:
                 radii.append(h * max(float(e.value("bound", *places[i - 1])[bound]), 0.0))
             else:
-                radii.append(mu[k] * max(float(step.R[i - 1][p]), 0.0))
+                coefficient = reference.coefficient(k, mu, places[i - 1])
+                radii.append(coefficient * max(float(step.R[i - 1][p]), 0.0))
             if n is not None:
                 gap, push = float(y[i][n]), float(step.R[i - 1][n])
                 way = force / r[n] * (1 if e.contacts[k].one_way else h)
@@ -82,7 +83,7 @@ def accepts(
             ends = [h * max(float(e.value("bound", *here)[bound]), 0.0) for here in places]
             radius = float(reference.b @ np.array(ends))
         else:
-            radius = mu[k] * max(float(P[p]), 0.0)
+            radius = max(reference.end_radius(k, p, mu, step, places), 0.0)
         if n is not None:
             joined[n] = touched
             xi = float(rates[n] + e_N[k] * before[n])

@@ -5,6 +5,7 @@ code with derivation, scheme, emission or the C runtime. The unknowns are those 
 V^1 ... V^s, v_{n+1}, and R = (R_g, R_gamma, R_N, R_F) at every stage.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -363,6 +364,22 @@ class Reference:
         """Effective masses of all directions: they make contact rows percussions."""
         return self.effective_masses(at)
 
+    def coefficient(self, k: int, mu: np.ndarray, at: tuple[Any, ...]) -> float:
+        """mu of contact k: of the step, or at a stage."""
+        if self.e.contacts[k].mu_at == "start":
+            return float(mu[k])
+        return float(self.e.value("mu", *at)[k])
+
+    def end_radius(
+        self, k: int, p: int, mu: np.ndarray, step: Step, at: Sequence[tuple[Any, ...]]
+    ) -> float:
+        """sum_j b_j mu^j R_N^j with b_s R_N^s = P_N - sum_j b_j R_N^j."""
+        P = float((self.b @ step.R)[p])
+        if self.e.contacts[k].mu_at == "start":
+            return float(mu[k]) * max(P, 0.0)
+        own = [self.coefficient(k, mu, at[j]) for j in range(self.s)]
+        return float(sum(self.b[j] * own[j] * step.R[j][p] for j in range(self.s)))
+
     @property
     def covers_impacts(self) -> bool:
         """Whether the impact laws of all contacts are known here; Poisson's is not."""
@@ -463,7 +480,8 @@ class Reference:
                 elif p is None:
                     radius = h * bounds[i - 1][bound]
                 else:
-                    radius = mu[k] * max(force[p], 0.0) if exists else 0.0
+                    own = self.coefficient(k, mu, at[i - 1])
+                    radius = own * max(force[p], 0.0) if exists else 0.0
                 friction.append(self.friction(k, force[f], y[i][f], radius, r, mu_F))
             if n is not None:
                 joins = any(is_closed) if self.active_set == "any_stage" else is_closed[-1]
@@ -477,7 +495,7 @@ class Reference:
             elif p is None:
                 radius = h * float(self.b @ np.array([x[bound] for x in bounds]))
             else:
-                radius = mu[k] * max(P[p], 0.0) if acting[p] else 0.0
+                radius = self.end_radius(k, p, mu, step, at) if acting[p] else 0.0
             xi_F = end_rates[f] + e_F[k] * start_rates[f]
             rub = self.friction(k, P[f], xi_F, radius, r, mu_F)
             friction.append(0 * rub if self.e.contacts[k].impact == "poisson" else rub)

@@ -180,6 +180,12 @@ def emit_spec(
         number = int(stages) if isinstance(stages, np.integer) else stages
         plan = registered.make(d, number, value)
         poisson = [c.name for c in data.contacts if c.poisson]
+        varying = [c.name for c in data.contacts if c.varies]
+        if derivatives and varying:
+            raise ValueError(
+                f"model '{data.name}', derivatives=True: the coefficient of '{varying[0]}' is "
+                "taken at the stages, and that is not differentiated. Use mu_at='start'."
+            )
         if derivatives and poisson:
             raise ValueError(
                 f"model '{data.name}', derivatives=True: impacts of '{poisson[0]}' are Poisson's, "
@@ -458,6 +464,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
     """Rows of each contact in the percussion vectors."""
     rows: list[ContactRow] = []
     normal = friction = bound = 0
+    varying = sum(c.bound is not None for c in data.contacts)  # behind the given bounds
     for k, c in enumerate(data.contacts):
         is_contact = c.g_N is not None
         given = c.bound is not None
@@ -473,6 +480,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
                 -1 if c.presser is None else normal if is_contact else rows[c.presser].normal,
                 -1 if c.presser is None else next(pressed, -1),
                 *(c.load or (0, 0)),
+                varying if c.varies else -1,
                 c.one_way,
                 c.poisson,
                 c.guard is not None if guarded is None else guarded[k],
@@ -482,6 +490,7 @@ def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> li
         )
         normal += is_contact
         bound += given
+        varying += 2 * c.varies
         friction += c.n_F
     return rows
 

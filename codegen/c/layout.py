@@ -97,6 +97,7 @@ class Sizes:
     n_events: int
     n_ways: int
     n_slip: int
+    n_varying: int
     n_expanded: int
     n_expanded_x: int
     n_one_way: int
@@ -110,7 +111,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
     n_x = max(p.n_x for p in scheme.problems)
     n_rows = max(p.n_slots for p in scheme.problems) * n_R
     n_K = max(p.jacobian.K.size for p in scheme.problems)
-    n_bounds = sum(c.bound is not None for c in data.contacts)
+    # given bounds, then the coefficient and the rest of the radius of contacts whose mu varies
+    n_bounds = sum((c.bound is not None) + 2 * c.varies for c in data.contacts)
     located = scheme.located
     kept = scheme.problems[: located.kept if located else None]
     spatial = any(c.n_F > 1 for c in data.contacts)
@@ -154,6 +156,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         # start, parameters, inputs, three times; and the length of a segment
         n_expanded=n_R if any(c.poisson for c in data.contacts) else 0,
         n_expanded_x=data.n_q if any(c.poisson for c in data.contacts) else 0,
+        n_varying=sum(c.varies for c in data.contacts),
         n_slip=max([2, *(c.n_F for c in data.contacts)]),
         n_one_way=sum(c.one_way for c in data.contacts),
         n_loads=sum(c.load is not None for c in data.contacts),

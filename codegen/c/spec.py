@@ -63,6 +63,7 @@ class ContactRow:
     next: int  # next element that the same contact presses, -1: none
     load: int  # first bilateral row that presses its friction
     loads: int  # their number, 0: none
+    varies: int  # where its coefficient stands among the radii, -1: it holds for the step
     one_way: bool  # its normal row is a velocity
     poisson: bool  # restitution is of percussions
     guarded: bool  # exists only while its entry of work.guard is >= 0

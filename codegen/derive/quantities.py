@@ -256,9 +256,22 @@ class Derivation:
 
     def _rho(self) -> ca.SX:
         bound = self["bound"]
-        return self._column(
-            [self.h * ca.if_else(bound[k] > 0, bound[k], 0) for k in range(bound.numel())]
-        )
+        given = [self.h * ca.if_else(bound[k] > 0, bound[k], 0) for k in range(bound.numel())]
+        varying = [x for c in self.data.contacts if c.varies for x in (c.mu, ca.SX(0))]
+        return self._column([*given, *varying])
+
+    @property
+    def varying(self) -> list[tuple[int, int, int]]:
+        """Contact, its place in rho, and the normal row that presses it, of coefficients that are
+        taken at the stages."""
+        place = sum(c.bound is not None for c in self.data.contacts)
+        found, normal = [], 0
+        for k, c in enumerate(self.data.contacts):
+            if c.varies:
+                found.append((k, place, normal))
+                place += 2
+            normal += c.g_N is not None
+        return found
 
     def _mu(self) -> ca.SX:
         return self._column([c.mu for c in self.data.contacts])

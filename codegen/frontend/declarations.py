@@ -56,6 +56,7 @@ class ContactDeclaration:
     load: Reaction | None = None
     one_way: bool = False
     impact: str = "newton"
+    mu_at: str = "start"
     never: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -308,6 +308,7 @@ class Model:
         e_F: Any = 0,
         guard: Any = None,
         impact: str = "newton",
+        mu_at: str = "start",
         rolling: tuple[Any, Any] | None = None,
         drilling: tuple[Any, Any] | None = None,
         coupling: str | None = None,
@@ -334,6 +335,10 @@ class Model:
             Normal and tangential restitution in [0, 1].
         guard : expression of t and q, optional
             The contact exists in a step iff ``guard(t_n, q_n) >= 0`` at the start of the step.
+        mu_at : {"start", "stages"}
+            Where a coefficient that depends on t, q, v or u is taken. At the start of a step it is
+            known; at the stages it is part of the iteration, with its derivative, and has the order
+            of the scheme where it is smooth.
         impact : {"newton", "poisson"}
             What e_N restores. Newton: the normal velocity. Poisson: of the percussion in a
             compression, solved without restitution over all contacts, at least the share e_N in an
@@ -379,6 +384,15 @@ class Model:
                         f"is {value}, but the contact has no slip velocity gamma_F",
                         "Give gamma_F, or leave out mu and e_F for a frictionless contact",
                     )
+        if mu_at not in ("start", "stages") or (
+            mu_at == "stages" and (coupling is not None or isinstance(mu, (list, tuple)))
+        ):
+            raise ModelError(
+                self.name,
+                f"mu_at of contact '{name}'",
+                f"is {mu_at!r}",
+                "Give 'start', or for one coefficient without a coupling 'stages'",
+            )
         if impact not in ("newton", "poisson"):
             raise ModelError(
                 self.name,
@@ -397,7 +411,16 @@ class Model:
             mu, gamma_F = self._coupled(name, coupling, mu, gamma_F, drilling)
             drilling = None
         self._add_contact(
-            name, g_N, gamma_F, never, mu=mu, e_N=e_N, e_F=e_F, guard=guard, impact=impact
+            name,
+            g_N,
+            gamma_F,
+            never,
+            mu=mu,
+            e_N=e_N,
+            e_F=e_F,
+            guard=guard,
+            impact=impact,
+            mu_at=mu_at,
         )
         for kind, resistance in (("rolling", rolling), ("drilling", drilling)):
             if resistance is not None:

@@ -42,6 +42,8 @@ class Contact:
         What may not become negative is a velocity, not a gap.
     poisson : bool
         e_N gives back percussions of the compression, not velocities.
+    varies : bool
+        mu is taken at every stage, not at the start of the step.
     bound : SX scalar or None
         Largest friction force of an element that nothing presses.
     guard : SX scalar or None
@@ -61,6 +63,7 @@ class Contact:
     load: tuple[int, int] | None = None
     one_way: bool = False
     poisson: bool = False
+    varies: bool = False
 
     @property
     def law(self) -> str:

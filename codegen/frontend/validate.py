@@ -314,6 +314,7 @@ class _Freezer:
             load=None if c.load is None else self.load(where, c.load),
             one_way=c.one_way,
             poisson=c.impact == "poisson",
+            varies=c.mu_at == "stages",
             **laws,
         )
 

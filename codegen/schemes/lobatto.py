@@ -94,6 +94,7 @@ class Lobatto:
             *("p_q", "p_v", "F_q", "F_v", "g_q", "gamma_q", "gamma_v"),
             *("g_N_q", "gamma_F_q", "gamma_F_v", "rho_q"),
             *(("g_N_v", "W_N") if self.d.one_way else ()),
+            *(("rho_v",) if self.d.varying else ()),
         )
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
@@ -337,7 +338,7 @@ class Lobatto:
         C, C_radius = [], []
         for i in range(1, s):
             C.append([self._kinematic_block(i, k) for k in range(s)])
-            C_radius.append([self.h * self.a(i - 1, k) * self.at(i - 1, "rho_q") for k in range(s)])
+            C_radius.append([self._radius_block(i - 1, k) for k in range(s)])
         n_bounds = self.d["rho"].numel()
         return jacobian(
             "position_derivatives",
@@ -356,6 +357,11 @@ class Lobatto:
         for j in range(self.s - 1):
             block = block - self.a_hat(i, j) * self.F_V(j, k)
         return ca.sparsify(block)
+
+    def _radius_block(self, i: int, k: int) -> ca.SX:
+        """Derivative of the radii of stage i by V^k."""
+        block = self.h * self.a(i, k) * self.at(i, "rho_q")
+        return block + self.at(i, "rho_v") if self.d.varying and i == k else block
 
     def _kinematic_block(self, i: int, k: int) -> ca.SX:
         ha = self.h * self.a(i, k)
@@ -387,6 +393,13 @@ class Lobatto:
         radius = ca.SX.zeros(d["rho"].numel(), 1)
         for j in range(s):
             radius += self.b(j) * ca.densify(self.at(j, "rho"))
+        for _, place, normal in d.varying:
+            # mu^s (Delta P_N - sum_j b_j R_N^j) + sum_j b_j mu^j R_N^j
+            last_mu = ca.densify(self.at(s - 1, "rho"))[place]
+            radius[place], radius[place + 1] = last_mu, 0
+            for j in range(s - 1):
+                share = ca.densify(self.at(j, "rho"))[place] - last_mu
+                radius[place + 1] += self.b(j) * share * self.R(j)[self.n_b + normal]
         return Assembly(
             "velocity_values",
             (

@@ -11,6 +11,7 @@ from signorini.codegen.program import (
     Evaluate,
     Jacobian,
     Located,
+    Memory,
     Parameters,
     Place,
     Point,
@@ -116,6 +117,9 @@ class _Segment(FullOrder):
         s, data = self.s, self.d.data
         plain = super().whole_values()
         radius = [ca.densify(self.at(j, "rho")) for j in range(s)]
+        for j in range(1, s):
+            for k, place, _ in self.d.varying:
+                radius[j][place] = ca.densify(self.aux(j, "mu"))[k]
         y = []
         for j in range(s):
             own = self.aux(j, "gamma_F") if j else ca.SX.zeros(data.n_F, 1)
@@ -178,7 +182,10 @@ class _Segment(FullOrder):
                 C += [at_auxiliary(j, "g_dot"), ca.SX(self.n_gamma, n_x)]
                 C.append(at_auxiliary(j, "g_N_dot"))
             C.append(at_auxiliary(j, "gamma_F") if j else ca.SX(data.n_F, n_x))
-            C_radius.append(at_stage(j, "rho"))
+            slopes = at_stage(j, "rho")
+            for k, place, _ in self.d.varying if j else ():
+                slopes[place, :] = at_auxiliary(j, "mu")[k, :]
+            C_radius.append(slopes)
         n_bounds = self.d["rho"].numel()
         return jacobian(
             "segment_derivatives",
@@ -241,6 +248,7 @@ class _Segment(FullOrder):
             y = y + C @ dv
         bounds = at["bound"]
         radius = [self.h * ca.if_else(bounds[k] > 0, bounds[k], 0) for k in range(bounds.numel())]
+        radius += coefficients_there(self.d, memory)
         values = Assembly(
             "acceleration_values",
             (
@@ -265,7 +273,7 @@ class _Segment(FullOrder):
                 M,
                 -B,
                 C,
-                ca.SX(len(slip_rows(self.d)), n),
+                ca.SX(len(radius), n),
                 tuple(range(self.n_b)),
                 ("K = [M, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
             ),
@@ -279,10 +287,19 @@ class _Located(Lobatto):
         arguments = ("t", "q", "v", "par")
         derivatives = ("p_q", "p_v", "gamma_q", "gamma_v", "g_dot_q", "g_dot_v")
         of_contacts = ("g_N_dot_q", "g_N_dot_v", "gamma_F_q", "gamma_F_v")
+        varying = self.d.varying
         return [
             *super().points(),
-            self.point("auxiliary", arguments, ("p", "gamma", "g_dot", "g_N_dot", "gamma_F")),
-            self.point("auxiliary_jacobian", arguments, (*derivatives, *of_contacts)),
+            self.point(
+                "auxiliary",
+                arguments,
+                ("p", "gamma", "g_dot", "g_N_dot", "gamma_F", *(("mu",) if varying else ())),
+            ),
+            self.point(
+                "auxiliary_jacobian",
+                arguments,
+                (*derivatives, *of_contacts, *(("mu_q", "mu_v") if varying else ())),
+            ),
         ]
 
     def scheme(self) -> Scheme:
@@ -362,13 +379,19 @@ class _Located(Lobatto):
         if self.n_R:
             r = r - W @ P
         y = ca.vertcat(end["g_dot"], end["gamma"], end["g_N_dot"] + xi_N, end["gamma_F"] + xi_F)
-        n_bounds = len(slip_rows(self.d))
+        n_given = len(slip_rows(self.d))
+        radius = [*ca.vertsplit(ca.SX.zeros(n_given, 1)), *coefficients_there(self.d, memory)]
+        n_bounds = len(radius)
         values = Assembly(
             "impact_values",
             (
                 dense("r", r, "p(q, v_+) - p(q, v_-) - W Delta P = 0"),
                 dense("y", y, "g_dot, gamma, xi_N, xi_F, all at one place  (68)"),
-                dense("radius", ca.SX.zeros(n_bounds, 1), "a given bound has no impulse"),
+                dense(
+                    "radius",
+                    ca.vertcat(ca.SX(0, 1), *radius),
+                    "a given bound has no impulse; coefficients at the place",
+                ),
             ),
         )
         at_place = (Time(0.0), Ref("q"), Ref("x", x), Parameters())
@@ -394,6 +417,12 @@ class _Located(Lobatto):
             ),
             alone=True,
         )
+
+
+def coefficients_there(d: Derivation, memory: Memory) -> list[ca.SX]:
+    """Coefficients that vary, at one place, and nothing besides in their radii."""
+    mu = memory.column("mu", len(d.data.contacts))
+    return [x for k, _, _ in d.varying for x in (mu[k], ca.SX(0))]
 
 
 def _contacts_of_slips(data: ModelData) -> list[tuple[int, int]]:

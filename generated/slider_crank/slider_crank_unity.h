@@ -78,6 +78,7 @@
 #undef SG_N_STAGES
 #undef SG_N_TERMS
 #undef SG_N_U
+#undef SG_N_VARYING
 #undef SG_N_X
 #undef SG_N_X_KEPT
 #undef SG_N_X_TOTAL
@@ -264,6 +265,8 @@
 #define sg_cod_project slider_crank_own_sg_cod_project
 #undef sg_cod_solve
 #define sg_cod_solve slider_crank_own_sg_cod_solve
+#undef sg_coefficient
+#define sg_coefficient slider_crank_own_sg_coefficient
 #undef sg_cold_start
 #define sg_cold_start slider_crank_own_sg_cold_start
 #undef sg_commit
@@ -562,6 +565,8 @@
 #define sg_residual slider_crank_own_sg_residual
 #undef sg_response
 #define sg_response slider_crank_own_sg_response
+#undef sg_rest_of_radius
+#define sg_rest_of_radius slider_crank_own_sg_rest_of_radius
 #undef sg_retain
 #define sg_retain slider_crank_own_sg_retain
 #undef sg_right_side

@@ -59,7 +59,7 @@ static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int 
         }
         if (contact->pressing >= 0) {
             w->system.LU[row * n + base + SG_NORMAL + contact->pressing] +=
-                w->mu[k] * s.slip[d] / s.size;
+                sg_coefficient(w, base, k) * s.slip[d] / s.size;
         }
         for (j = 0; j < contact->components; ++j) {
             const real turn =

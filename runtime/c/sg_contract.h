@@ -10,9 +10,11 @@
    number of slip components, index of a given bound of its friction (-1: none), whether it has a
    guard; the contact that presses its friction (itself, or another one before it; -1: none) and
    that one's normal row; the next element that the same contact presses (-1: none); the first
-   bilateral row, and their number, whose percussions press it instead (0: none). */
+   bilateral row, and their number, whose percussions press it instead (0: none); where among the
+   radii its coefficient stands that holds for a stage, and what else its radius has (-1: the
+   coefficient holds for the step). */
 typedef struct {
-    int normal, friction, components, bound, guarded, presser, pressing, next, load, loads;
+    int normal, friction, components, bound, guarded, presser, pressing, next, load, loads, varies;
 } sg_contact;
 
 /* Contact of a slip row, and the component of its slip velocity. */

@@ -53,6 +53,30 @@ static inline real sg_load_share(int base, int k, int c, const real *R) {
                : SG_C(0.0);
 }
 
+/* Coefficient of friction of contact k in a slot with first row `base`. */
+static inline real sg_coefficient(const SG(work) * w, int base, int k) {
+#if SG_N_VARYING > 0
+    if (sg_contacts[k].varies >= 0) {
+        return w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + sg_contacts[k].varies];
+    }
+#endif
+    (void)base;
+    return w->mu[k];
+}
+
+/* What the radius has besides: percussions of earlier stages with their coefficients. */
+static inline real sg_rest_of_radius(const SG(work) * w, int base, int k) {
+#if SG_N_VARYING > 0
+    if (sg_contacts[k].varies >= 0) {
+        return w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + sg_contacts[k].varies + 1];
+    }
+#endif
+    (void)w;
+    (void)base;
+    (void)k;
+    return SG_C(0.0);
+}
+
 /* Radius of contact k in a slot with first row `base`, for percussions R of the problem. */
 static inline real sg_radius(const SG(work) * w, int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
@@ -61,17 +85,29 @@ static inline real sg_radius(const SG(work) * w, int base, int k, const real *R)
     }
     if (contact->pressing >= 0) {
         const real pressed = R[base + SG_NORMAL + contact->pressing];
-        return w->mu[k] * (pressed + sg_back(w, contact->pressing));
+        return sg_coefficient(w, base, k) * (pressed + sg_back(w, contact->pressing)) +
+               sg_rest_of_radius(w, base, k);
     }
     return w->radius[base / SG_ROWS_OF_SLOT * SG_N_BOUNDS + contact->bound];
 }
 
-/* Change of the given bound in row `row` along z; zero for rows of contacts. */
+/* Change of the radius in row `row` along z: of a given bound, or by the coefficient of a stage;
+   zero for other rows. */
 static inline real sg_bound_change(const SG(work) * w, const sg_problem *pr, int row,
                                    const real *z) {
     const int c = row % SG_ROWS_OF_SLOT - SG_SLIP;
     if (SG_N_BOUNDS > 0 && c >= 0 && w->rows.kind[row] == SG_ROW_SLIP) {
         const int bound = sg_contacts[sg_slips[c].contact].bound;
+#if SG_N_VARYING > 0
+        const int varies = sg_contacts[sg_slips[c].contact].varies;
+        if (varies >= 0) {
+            const int base = row - row % SG_ROWS_OF_SLOT;
+            const int pressing = sg_contacts[sg_slips[c].contact].pressing;
+            return w->R[pr->R + base + SG_NORMAL + pressing] *
+                   sg_row_dot(&pr->C_radius, w->C_radius,
+                              row / SG_ROWS_OF_SLOT * SG_N_BOUNDS + varies, z);
+        }
+#endif
         if (bound >= 0) {
             return sg_row_dot(&pr->C_radius, w->C_radius,
                               row / SG_ROWS_OF_SLOT * SG_N_BOUNDS + bound, z);

@@ -125,7 +125,8 @@ static inline real sg_friction_change(const SG(work) * w, int row, const real *d
 /* Where friction is at the boundary of its set, it follows the normal percussion. */
 static inline real sg_pressing_share(const SG(work) * w, int f, real R_N) {
     const int c = f % SG_ROWS_OF_SLOT - SG_SLIP;
-    const real mu = c < 0 ? SG_C(0.0) : w->mu[sg_slips[c].contact];
+    const real mu =
+        c < 0 ? SG_C(0.0) : sg_coefficient(w, f - f % SG_ROWS_OF_SLOT, sg_slips[c].contact);
     return R_N >= SG_C(0.0) || sg_is_followed(w) ? -(w->rows.slip[f] * mu) : SG_C(0.0);
 }
 

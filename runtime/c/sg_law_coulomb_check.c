@@ -70,7 +70,10 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
         const int row = (pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS + contact->bound;
         radius = w->found.radius[row];
     } else {
-        radius = w->mu[k] * (at->R[n] + sg_back(w, contact->pressing));
+        const real *own = &w->found.radius[(pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS];
+        const real mu = contact->varies < 0 ? w->mu[k] : own[contact->varies];
+        radius = mu * (at->R[n] + sg_back(w, contact->pressing)) +
+                 (contact->varies < 0 ? SG_C(0.0) : own[contact->varies + 1]);
         blur = w->mu[k] * floor;
         /* the radius is as uncertain as the normal percussion */
         scale = sg_max(scale, w->mu[k] * w->scales.percussion_scale[n]);

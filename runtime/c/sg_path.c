@@ -79,7 +79,7 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
             }
             for (d = 0; d < sg_contacts[k].components; ++d) {
                 for (a = 0; a < m && w->rows.kind[f + d] == SG_ROW_SLIP; ++a) {
-                    w->system.LU[a * m + b] -= w->mu[k] * w->rows.slip[f + d] *
+                    w->system.LU[a * m + b] -= sg_coefficient(w, base, k) * w->rows.slip[f + d] *
                                                w->system.S[(f + d) * n + w->system.reduced[a]];
                 }
             }
@@ -106,7 +106,7 @@ static void sg_path_solve(SG(work) * w, const sg_problem *pr, int m, const real 
             const int f = slot * SG_N_R + SG_SLIP + contact->friction;
             for (d = 0; d < contact->components && contact->pressing >= 0; ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
-                    R[f + d] = -w->mu[k] * w->rows.slip[f + d] *
+                    R[f + d] = -sg_coefficient(w, slot * SG_N_R, k) * w->rows.slip[f + d] *
                                R[slot * SG_N_R + SG_NORMAL + contact->pressing];
                 }
             }

@@ -24,12 +24,11 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
         const int k = sg_slips[c].contact;
         const int pressed = column >= 0 && column == sg_pressing(row) &&
                             (w->R[pr->R + column] >= SG_C(0.0) || sg_is_followed(w));
-        const real mine = pressed ? w->mu[k] : SG_C(0.0);
-        real change = sg_contacts[k].bound >= 0 ? d_radius : mine;
+        const int base = row - row % SG_ROWS_OF_SLOT;
+        real change = d_radius + (pressed ? sg_coefficient(w, base, k) : SG_C(0.0));
         if (sg_contacts[k].loads > 0 && column >= 0 &&
             column / SG_ROWS_OF_SLOT == row / SG_ROWS_OF_SLOT) {
-            change = w->mu[k] * sg_load_share(row - row % SG_ROWS_OF_SLOT, k,
-                                              column % SG_ROWS_OF_SLOT, &w->R[pr->R]);
+            change = w->mu[k] * sg_load_share(base, k, column % SG_ROWS_OF_SLOT, &w->R[pr->R]);
         }
         return sg_friction_change(w, row, dy, change, column);
     }
@@ -172,8 +171,8 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
             const int normal = base + SG_NORMAL + contact->normal;
             const int f = base + SG_SLIP + contact->friction;
             const int pressed = contact->normal >= 0 && w->rows.kind[normal] == SG_ROW_FREE;
-            const int tied =
-                condensed && pressed && contact->components == 1 && w->rows.kind[f] == SG_ROW_SLIP;
+            const int tied = condensed && pressed && contact->components == 1 &&
+                             contact->varies < 0 && w->rows.kind[f] == SG_ROW_SLIP;
             if (pressed) {
                 w->system.follower[normal] = tied ? f : -1;
                 w->newton.dR[normal] = SG_C(0.0);

@@ -41,7 +41,7 @@ class MoreauReference(Reference):
         force = self._force(x, at, h)
         r = self.e.p(*there) - self.e.p(*here) - h * force - self.e.W(*here) @ lam
         xi = np.array(self.e.y_dot(*there), dtype=object if self.e.high else float)
-        e_N, e_F = self.restitution(at)
+        e_N, e_F = self.restitution(here)
         before = self.struck(self.e.y_dot(*here))
         xi[self.n_bilateral : self.n_normal] += e_N * before[self.n_bilateral : self.n_normal]
         xi[self.n_normal :] += e_F * before[self.n_normal :]
@@ -87,8 +87,9 @@ class MoreauReference(Reference):
         P = step.R[-1]
         momentum, xi = self.equations_of("velocity", step.v_end, P, at, h)
         gaps = self.e.value("g_N", *middle, v, u, par)
-        mu, guard = self.e.value("mu", *at), self.e.value("guard", *middle, v, u, par)
-        mu_F = self.mu_F(*at)
+        here = (*middle, v, u, par)
+        mu, guard = self.e.value("mu", *here), self.e.value("guard", *here)
+        mu_F = self.mu_F(*here)
         bounds = np.maximum(self.e.value("bound", *middle, v, u, par), 0)
         normal, friction = [], []
         acting: dict[int, bool] = {}
