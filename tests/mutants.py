@@ -182,7 +182,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the checker takes an ellipse for a disc", "runtime/c/sg_law_elliptic_check.c", "force[d] = (*R)[d] * w->mu[k] / mu;", "force[d] = (*R)[d];"),
     Mutant("the slip direction turns as on a disc", COULOMB, "sg_over_axis(w, c_e, sg_over_axis(w, c_e, w->rows.slip[other]))", "sg_over_axis(w, c_e, w->rows.slip[other])"),
     # paths and other rescues
-    Mutant("friction along the slip on a path", PATH, "R[f + d] = -w->mu[k] * w->rows.slip[f + d] *", "R[f + d] = w->mu[k] * w->rows.slip[f + d] *"),
+    Mutant("friction along the slip on a path", PATH, "R[f + d] = -sg_coefficient(w, slot * SG_N_R, k) *", "R[f + d] = sg_coefficient(w, slot * SG_N_R, k) *"),
     Mutant("velocities move against the percussions of a path", LINEAR, "w->smooth.dx[i] -= w->system.Z[a * pr->n_border + i] * step;", "w->smooth.dx[i] += w->system.Z[a * pr->n_border + i] * step;"),
     Mutant("folds of a path ignored", PATH, "way = sg_path_way(w, &event);", "way = SG_C(-1.0);"),
     Mutant("a path leaves the cone on its far side", COULOMB, "return first < second ? first : second;", "return first < second ? second : first;"),
