@@ -233,6 +233,8 @@
 #define sg_central_unit slider_crank_own_sg_central_unit
 #undef sg_check_active
 #define sg_check_active slider_crank_own_sg_check_active
+#undef sg_check_back
+#define sg_check_back slider_crank_own_sg_check_back
 #undef sg_check_bilateral
 #define sg_check_bilateral slider_crank_own_sg_check_bilateral
 #undef sg_check_friction
@@ -297,6 +299,8 @@
 #define sg_end_of slider_crank_own_sg_end_of
 #undef sg_ended_here
 #define sg_ended_here slider_crank_own_sg_ended_here
+#undef sg_equal_masses
+#define sg_equal_masses slider_crank_own_sg_equal_masses
 #undef sg_evaluate
 #define sg_evaluate slider_crank_own_sg_evaluate
 #undef sg_event

@@ -40,7 +40,7 @@ static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma
 /* State and residual of the rows of contact k that begin at f, for percussions R of the problem. */
 static inline void sg_friction_rows(SG(work) * w, int k, int f, const real *R, real radius) {
     const sg_contact *contact = &sg_contacts[k];
-    real z[SG_N_SLIP];
+    real z[SG_N_SLIP] = {SG_C(0.0)};
     real ratio;
     int d;
     for (d = 0; d < contact->components; ++d) {

@@ -37,6 +37,17 @@ static inline int sg_check_friction(int n, const real *gamma, real speed, const 
                     sg_max(scale, bound) * floor + blur * slip, limit);
 }
 
+/* What normal row n presses with besides its percussion, in the expansion of an impact. */
+static inline real sg_check_back(const SG(work) * w, int n) {
+#if SG_N_EXPANDED > 0
+    return w->expansion.back[n];
+#else
+    (void)w;
+    (void)n;
+    return SG_C(0.0);
+#endif
+}
+
 /* Slip rows of contact k in a slot, which takes part if `joins`; `floor` is the round-off of the
    normal percussion that presses it. */
 static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
@@ -62,7 +73,7 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
     sg_check_in_disc(w, k, &force, &rate, in_disc, at_rate);
     if (contact->loads > 0) {
         int c;
-        radius = w->mu[k] * sg_load(0, k, at->R);
+        radius = w->mu[k] * sg_check_norm(contact->loads, &at->R[contact->load]);
         for (c = contact->load; c < contact->load + contact->loads; ++c) {
             scale = sg_max(scale, w->mu[k] * w->scales.percussion_scale[c]);
         }
@@ -72,7 +83,7 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
     } else {
         const real *own = &w->found.radius[(pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS];
         const real mu = contact->varies < 0 ? w->mu[k] : own[contact->varies];
-        radius = mu * (at->R[n] + sg_back(w, contact->pressing)) +
+        radius = mu * (at->R[n] + sg_check_back(w, contact->pressing)) +
                  (contact->varies < 0 ? SG_C(0.0) : own[contact->varies + 1]);
         blur = w->mu[k] * floor;
         /* the radius is as uncertain as the normal percussion */

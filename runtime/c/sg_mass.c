@@ -95,6 +95,27 @@ static real sg_effective_mass(SG(work) * w, int c) {
     return mobility > SG_C(0.0) ? SG_C(1.0) / mobility : SG_C(0.0);
 }
 
+/* One effective mass for all components of a slip velocity, in units of the semi-axes: the set of
+   friction becomes a ball in the scales that follow from it. */
+static void sg_equal_masses(SG(work) * w) {
+    int d, k;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        const int f = sg_contacts[k].friction;
+        const int count = sg_contacts[k].components;
+        real *m = &w->masses.m_eff[SG_SLIP + f];
+        real larger = SG_C(0.0);
+        for (d = 0; d < count; ++d) {
+            /* sliding and drilling, a mass and an inertia, are compared in units of the axes */
+            const real own =
+                count > 2 ? sg_over_axis(w, f + d, sg_over_axis(w, f + d, m[d])) : m[d];
+            larger = sg_max(larger, own);
+        }
+        for (d = 0; d < count && count > 1; ++d) {
+            m[d] = sg_times_axis(w, f + d, sg_times_axis(w, f + d, larger));
+        }
+    }
+}
+
 /* Inertia, effective masses and the constant part of the momentum scales at the start of the step,
    from work.p, work.force_size, work.mass, work.direction. Returns 0 if the mass matrix is singular
    or anything is not finite. */
@@ -137,27 +158,6 @@ static int sg_masses(SG(work) * w) {
             w->masses.m_eff[c] = reference > SG_C(0.0) ? reference : w->masses.inertia[0];
         }
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        /* One effective mass for both components of a slip velocity, in units of the semi-axes: the
-           set of friction becomes a ball in the scales that follow from it. */
-        if (sg_contacts[k].components == 2) {
-            const int f = sg_contacts[k].friction;
-            real *m = &w->masses.m_eff[SG_SLIP + f];
-            const real larger = sg_max(m[0], m[1]);
-            m[0] = sg_times_axis(w, f, sg_times_axis(w, f, larger));
-            m[1] = sg_times_axis(w, f + 1, sg_times_axis(w, f + 1, larger));
-        } else if (sg_contacts[k].components > 2) {
-            /* sliding with drilling: a mass and an inertia, compared in units of the semi-axes */
-            const int f = sg_contacts[k].friction;
-            real *m = &w->masses.m_eff[SG_SLIP + f];
-            real larger = SG_C(0.0);
-            for (c = 0; c < sg_contacts[k].components; ++c) {
-                larger = sg_max(larger, sg_over_axis(w, f + c, sg_over_axis(w, f + c, m[c])));
-            }
-            for (c = 0; c < sg_contacts[k].components; ++c) {
-                m[c] = sg_times_axis(w, f + c, sg_times_axis(w, f + c, larger));
-            }
-        }
-    }
+    sg_equal_masses(w);
     return 1;
 }
