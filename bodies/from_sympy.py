@@ -202,7 +202,9 @@ def from_system(
     """A model from a `sympy.physics.mechanics.System` of bodies, joints, loads and actuators.
 
     Generalized speeds are replaced by the coordinates' rates with the kinematic equations;
-    potential energies belong to the bodies, as for SymPy's Lagrangian.
+    potential energies belong to the bodies, as for SymPy's Lagrangian. A load that is a constant
+    force in the system's frame, weight above all, becomes a potential as well, so that the energy
+    of a run contains it.
     """
     if not isinstance(system, System):
         raise ModelError(name, *_other(system, "System", "from_system"))
@@ -230,7 +232,7 @@ def from_system(
         names=names,
     )
     loads = [*system.loads, *(load for a in system.actuators for load in a.to_loads())]
-    _loads(made, loads, system.frame, rates)
+    _loads(made, _without_weights(made, loads, system), system.frame, rates)
     return made
 
 
@@ -299,6 +301,31 @@ def _constraints(made: Translated, holonomic: Iterable[Any], nonholonomic: Itera
         made.model.constraint(f"holonomic_{k}", made.translate(g))
     for k, gamma in enumerate(nonholonomic):
         made.model.velocity_constraint(f"nonholonomic_{k}", made.translate(gamma))
+
+
+def _without_weights(made: Translated, loads: Iterable[Any], system: System) -> list[Any]:
+    """The loads that are no constant forces; those become potentials -F . r of their points."""
+    m = made.model
+    rest = []
+    for place, vector in loads:
+        if isinstance(place, ReferenceFrame):
+            rest.append((place, vector))
+            continue
+        constant = vector.to_matrix(system.frame)
+        if constant.atoms(AppliedUndef, sp.Derivative) or constant.has(dynamicsymbols._t):
+            rest.append((place, vector))
+            continue
+        force = [made.translate(c) for c in constant]
+        try:
+            position = place.pos_from(system.fixed_point).to_matrix(system.frame)
+            r = [made.translate(c) for c in position]
+        except (ValueError, ModelError):
+            r = []  # nobody said where the point is: its velocity alone is known
+        if not r:
+            rest.append((place, vector))
+            continue
+        m.lagrangian = m.lagrangian + sum(f * x for f, x in zip(force, r, strict=True))
+    return rest
 
 
 def _loads(made: Translated, loads: Iterable[Any], frame: Any, rates: dict[Any, Any]) -> None:

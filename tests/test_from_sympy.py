@@ -208,3 +208,39 @@ def test_methods_of_kane_are_answered_by_name() -> None:
     for make in (from_lagranges_method, from_system, lambda n, k: from_lagrangian(n, k, [q])):
         with pytest.raises(sg.ModelError, match=r"KanesMethod.*hold no Lagrangian.*from_system"):
             make("k", kane)
+
+
+@pytest.mark.thorough
+def test_weights_given_as_loads_are_in_the_energy() -> None:
+    """A double pendulum whose weights are loads on points keeps its energy; a force that turns with
+    a body stays a force."""
+    g, rod, m = sp.symbols("g rod m")
+    a, b, w_a, w_b = dynamicsymbols("a b w_a w_b")
+    system = System.from_newtonian(RigidBody("ground"))
+    bodies = [RigidBody(name, mass=m) for name in ("upper", "lower")]
+    for body in bodies:
+        body.central_inertia = inertia(body.frame, 0, 0, m * rod**2 / 12)
+    down = -system.y
+    previous = system.bodies[0]
+    for body, q, u in zip(bodies, (a, b), (w_a, w_b), strict=True):
+        at = None if previous is system.bodies[0] else previous.masscenter.locatenew(
+            f"end_{body.name}", -rod / 2 * previous.frame.y
+        )  # fmt: skip
+        system.add_joints(
+            PinJoint(
+                f"joint_{body.name}", previous, body, coordinates=q, speeds=u,
+                parent_point=at, child_point=rod / 2 * body.frame.y, joint_axis=system.z,
+            )
+        )  # fmt: skip
+        system.add_loads((body.masscenter, m * g * down))
+        previous = body
+    made = from_system("pendulum", system, parameters={g: 9.81, rod: 0.7, m: 0.4})
+    assert made.model.forces == []
+    made.model.initial_state(q=[1.0, 0.4])
+    run = sg.build(made.model, stages=3).simulate(dt=2e-3, t_end=1)
+    rises = 0.4 * 9.81 * 0.7 * (np.cos(1.0) * 1.5 + np.cos(1.4) * 0.5)
+    assert np.ptp(run.energy) < 1e-6 * rises
+    assert np.abs(run.v).max() > 3
+    system.add_loads((bodies[1].masscenter, bodies[1].frame.x))
+    again = from_system("pendulum", system, parameters={g: 9.81, rod: 0.7, m: 0.4})
+    assert len(again.model.forces) == 1
