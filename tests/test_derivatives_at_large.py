@@ -81,9 +81,13 @@ def test_no_wrong_number_goes_unflagged(stepper: Build, scene: str) -> None:
     assert "good" in found
 
 
+# These refuse derivatives by name: what they have is captured, or in two phases.
+REFUSED = {"freewheel", "kanes_pendulum", "screw_jack"}
+
+
 @WIDE
 @pytest.mark.slow
-@pytest.mark.parametrize("name", shipped())
+@pytest.mark.parametrize("name", [name for name in shipped() if name not in REFUSED])
 def test_every_model_away_from_events(name: str) -> None:
     """Random changes of a start that keep what holds there, and of one parameter, to 1e-8."""
     model = importlib.import_module(f"signorini.models.{name}").model
