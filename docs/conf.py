@@ -23,7 +23,7 @@ html_theme = "furo"
 html_title = "signorini"
 templates_path: list[str] = []
 exclude_patterns = ["many_runs/README.md"]
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "amsmath"]
+myst_enable_extensions = ["html_image", "colon_fence", "deflist", "dollarmath", "amsmath"]
 myst_heading_anchors = 3
 napoleon_google_docstring = False
 napoleon_use_rtype = False
@@ -56,7 +56,7 @@ def write_gallery(_: Any) -> None:
                 'style="width:100%;height:30rem;border:0"></iframe>'
             )
         elif film.is_file():
-            shown = f'<img src="../moving/{name}.gif" alt="{name} moves">'
+            shown = f"![{name} moves](../extra/moving/{name}.gif)"
         text = (
             f"# {name}\n\n{seen[0].upper()}{seen[1:]}.\n\n{shown}\n\n"
             f"The number that its test holds it to: {number} ({source}).\n\n"
@@ -72,7 +72,7 @@ def write_gallery(_: Any) -> None:
     (folder / "index.md").write_text(
         "# Gallery\n\nEvery shipped model: a motion to play with, its equations, the number "
         "that it is held to, its source.\n\n"
-        f"{pictures}\n\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n",
+        f"```{{raw}} html\n{pictures}\n```\n\n```{{toctree}}\n:hidden:\n\n{listed}\n```\n",
         encoding="utf-8",
     )
 

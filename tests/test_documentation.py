@@ -58,6 +58,9 @@ def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
         check=False,
     )
     assert result.returncode == 0, result.stderr
+    for page in tmp_path.rglob("*.html"):
+        for source in re.findall(r'<img[^>]* src="([^":]+)"', page.read_text(encoding="utf-8")):
+            assert (page.parent / source).is_file(), f"{page.name} shows {source}"
     python = (tmp_path / "reference" / "python.html").read_text(encoding="utf-8")
     missing = [n for n in sg.__all__ if not n.startswith("_") and f"signorini.{n}" not in python]
     # Modules are documented under the name that they are defined with.
