@@ -113,6 +113,11 @@ FURTHER = re.compile(
             r"test_laws.py::test_(restitution_of|a_bead|mecanum|what_rests|a_cradle|a_spinning)",
             r"test_laws.py::test_(a_captured_stop|a_freewheel_is|resistance_acts|the_limit_cycle)",
             r"test_ropes_and_gears.py::test_(block_and|atwoods)",
+            r"test_laws.py::test_(a_roller_rests|coefficients_at_the_stages_have.*3-options3)",
+            r"test_steps.py::test_steps_satisfy.*(box|slope).model-[45]",
+            r"test_steps.py::test_steps_satisfy.*(unconstr|only_constr|one_coord|sticking_inc).*-5",
+            r"test_stability.py::test_where_the_scheme_begins_to_amplify\[[346]",
+            r"test_full_order.py::test_coin_orders\[4",
         )
     )
 )

@@ -149,7 +149,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("percussions of touching contacts have no round-off", NORMAL_CHECK, "own + w->masses.m_eff[n]", "own + SG_C(0.0) * w->masses.m_eff[n]"),
     Mutant("no start after a rejected one", SOLVE, "attempt < SG_ATTEMPTS && status != SG_K(OK) &&", "attempt < SG_ATTEMPTS && status != SG_K(OK) && status != SG_K(REJECTED) &&"),
     Mutant("the checker is not asked", SOLVE, "status = sg_check_problem(w, opt, problem) ? SG_K(OK) : SG_K(REJECTED);", "status = SG_K(OK);"),
-    Mutant("percussions of least norm pull", LEAST, "z[a] = sg_max(before, SG_C(0.0));", "z[a] = before;"),
+    Mutant("percussions of least norm pull", LEAST, "z[a] = sg_max(push, SG_C(0.0));", "z[a] = push;"),
     Mutant("percussions of least norm leave the friction cone", LEAST, "for (d = 0; d < sg_contacts[i].components && size > most; ++d) {", "for (d = 0; d < 0; ++d) {"),
     Mutant("projections do not remember what they left out", LEAST, "w->least.correction[a] += z[a];", "w->least.correction[a] = z[a];"),
     Mutant("a time that the user sets is overwritten", TICK, "s->t != s->t_grid + s->n_grid * s->h_grid", "0"),

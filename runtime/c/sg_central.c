@@ -228,10 +228,11 @@ static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
             const sg_contact *contact = &sg_contacts[k];
             const int normal = sg_normal_of(base, k);
             const int f = sg_slip_of(base, k);
-            real slip[SG_N_SLIP] = {SG_C(0.0)};
+            real slip[SG_N_SLIP];
             int closed = sg_joins(w, pr, k);
             real size = SG_C(0.0);
             real soft = SG_C(0.0);
+            sg_fill(SG_N_SLIP, SG_C(0.0), slip);
             if (contact->normal >= 0) {
                 closed = closed &&
                          w->central.R[normal] > w->scales.r_auto[normal] * w->central.y[normal];

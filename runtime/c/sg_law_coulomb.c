@@ -24,9 +24,10 @@ static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
 /* `slip` for a slip velocity; returns the velocity's size. Where it is zero `slip` stays. */
 static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma, real *slip) {
     const sg_contact *contact = &sg_contacts[k];
-    real own[SG_N_SLIP] = {SG_C(0.0)};
+    real own[SG_N_SLIP];
     real size;
     int d;
+    sg_fill(SG_N_SLIP, SG_C(0.0), own);
     for (d = 0; d < contact->components; ++d) {
         own[d] = sg_times_axis(w, contact->friction + d, gamma[d]);
     }
@@ -40,9 +41,10 @@ static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma
 /* State and residual of the rows of contact k that begin at f, for percussions R of the problem. */
 static inline void sg_friction_rows(SG(work) * w, int k, int f, const real *R, real radius) {
     const sg_contact *contact = &sg_contacts[k];
-    real z[SG_N_SLIP] = {SG_C(0.0)};
+    real z[SG_N_SLIP];
     real ratio;
     int d;
+    sg_fill(SG_N_SLIP, SG_C(0.0), z);
     for (d = 0; d < contact->components; ++d) {
         z[d] = sg_over_axis(w, contact->friction + d,
                             w->scales.prox_r[f + d] * w->y[f + d] - R[f + d]);
@@ -77,12 +79,13 @@ static inline void sg_friction_off(SG(work) * w, int k, int f, const real *R) {
    that of the prox argument. */
 static inline void sg_friction_held(SG(work) * w, int k, int f, const real *R, real radius) {
     const sg_contact *contact = &sg_contacts[k];
-    real z[SG_N_SLIP] = {SG_C(0.0)};
+    real z[SG_N_SLIP];
     real size;
     int d;
     if (contact->components == 0 || w->rows.kind[f] != SG_ROW_SLIP) {
         return;
     }
+    sg_fill(SG_N_SLIP, SG_C(0.0), z);
     for (d = 0; d < contact->components && contact->components > 1; ++d) {
         z[d] = sg_over_axis(w, contact->friction + d,
                             w->scales.prox_r[f + d] * w->y[f + d] - R[f + d]);
@@ -271,9 +274,11 @@ static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
 static void sg_friction_slips(SG(work) * w, int base, int k, int what, real way) {
     const sg_contact *contact = &sg_contacts[k];
     const int f = base + SG_SLIP + contact->friction;
-    real direction[SG_N_SLIP] = {SG_C(1.0)};
+    real direction[SG_N_SLIP];
     real size;
     int d;
+    sg_fill(SG_N_SLIP, SG_C(0.0), direction);
+    direction[0] = SG_C(1.0);
     if (what == SG_CLOSES && contact->components > 1 &&
         sg_norm(contact->components, &w->rows.slip[f]) > SG_C(0.0)) {
         return;

@@ -7,10 +7,11 @@
 
 /* Position of percussion `row` in the reduced system, not before `a`. */
 static int sg_position(const SG(work) * w, int a, int row) {
-    while (w->system.reduced[a] != row) {
-        ++a;
+    int at = a;
+    while (w->system.reduced[at] != row) {
+        ++at;
     }
-    return a;
+    return at;
 }
 
 /* 1 if friction of contact k sticks in the slot with first row `base`. */
@@ -32,9 +33,9 @@ static real sg_slope(const SG(work) * w, int k, int a, int b) {
 static void sg_nearest_of_contact(const SG(work) * w, int base, int k, int a, real *z) {
     const real given = z[a];
     real push = given;
-    real before;
+    int rises = 1;
     int d, i;
-    do {
+    while (rises) {
         real weight = SG_C(1.0);
         real pushed = given;
         for (i = k; i >= 0; i = sg_contacts[i].next) {
@@ -48,10 +49,10 @@ static void sg_nearest_of_contact(const SG(work) * w, int base, int k, int a, re
                 }
             }
         }
-        before = push;
-        push = pushed / weight;
-    } while (push > before);
-    z[a] = sg_max(before, SG_C(0.0));
+        rises = pushed / weight > push;
+        push = rises ? pushed / weight : push;
+    }
+    z[a] = sg_max(push, SG_C(0.0));
     for (i = k; i >= 0; i = sg_contacts[i].next) {
         if (sg_is_sticking(w, base, i)) {
             const int b = sg_position(w, a, sg_slip_of(base, i));

@@ -14,8 +14,9 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
 
 /* Contact k opens, and all friction that it presses with it. */
 static void sg_impose_open(SG(work) * w, int k) {
-    for (; k >= 0; k = sg_contacts[k].next) {
-        w->segment.mode[k] = SG_K(OPEN);
+    int i;
+    for (i = k; i >= 0; i = sg_contacts[i].next) {
+        w->segment.mode[i] = SG_K(OPEN);
     }
 }
 
