@@ -33,7 +33,7 @@ from signorini.models import (
     vibrating_table,
     woodpecker,
 )
-from signorini.stress.laws import LAWS
+from signorini.stress.laws import LAWS, LOCKED
 from signorini.stress.scene import Case, Scene
 
 SEED = 1
@@ -414,9 +414,10 @@ CORPUS = (
     Scene("hill", "lifts off a slope and lands", slope.model, hill, 200, 3),
     *LAWS,
 )  # fmt: skip
-# Wedged in space: steps that fail here cannot be examined. These scenes run only when named.
+# Wedged in space or under load: steps that fail here cannot be examined. These scenes run only when named.
 BEYOND = (
     Scene("chute", "prism falls into a chute", prism_in_chute.model, chute, 150, 2),
     Scene("chute_locked", "about self-locking", prism_in_chute.model, chute_locked, 60, 2),
+    *LOCKED,
 )
 SCENES = {scene.name: scene for scene in (*CORPUS, *BEYOND)}

@@ -152,16 +152,24 @@ def ladder() -> sg.Model:
     s, c = sp.sin(phi) / 2, sp.cos(phi) / 2
     m.constraint("rail", m.q[0] - c)
     m.friction("upper", gamma_F=v_y + c * omega, bound=mu_rail * m.reaction("rail"))
-    m.contact("floor", g_N=y - s, gamma_F=v_x + s * omega, mu=mu, e_N=e_N)
+    m.contact("floor", g_N=y - s, gamma_F=v_x - s * omega, mu=mu, e_N=e_N)
     m.initial_state(q=[cos(1.0) / 2, sin(1.0) / 2, 1.0])
     return m
 
 
-def ladder_slides(rng: Rng) -> Case:
-    par = {"mu_rail": rng.uniform(0, 0.6), "mu": rng.uniform(0, 0.6), "e_N": 0.0}
+def _ladder(rng: Rng, top: float) -> Case:
+    par = {"mu_rail": rng.uniform(0, top), "mu": rng.uniform(0, top), "e_N": _e(rng)}
     phi = rng.uniform(0.4, 2.6)
     q = [cos(phi) / 2, sin(phi) / 2 + float(rng.choice([0, 0.05])), phi]
     return Case(_power(rng, 5e-4, 5e-3), q, [0, 0, rng.normal() * 3], par)
+
+
+def ladder_slides(rng: Rng) -> Case:
+    return _ladder(rng, 0.7)
+
+
+def ladder_locks(rng: Rng) -> Case:
+    return _ladder(rng, 1.2)
 
 
 # --- one way --------------------------------------------------------------------------------------
@@ -281,4 +289,8 @@ LAWS = (
     Scene("gears", "play, inertias 1e-3 ... 1e3", rattling_gears.model, gears_rattle, 200, 2),
     Scene("gear_train", "three gears with play and a brake", train, train_braked, 200, 2),
     Scene("squeal", "friction that falls with the slip", stribeck_oscillator.model, squeal, 200, 2),
+)
+# Self-locking between a rail and a floor: steps that fail here cannot be examined.
+LOCKED = (
+    Scene("ladder_locked", "rail and floor, about self-locking", ladder, ladder_locks, 150, 3),
 )
