@@ -1,4 +1,5 @@
 #pragma once
+#include "sg_prox.c"
 #include "sg_work.h"
 
 /* The radius of friction: mu R_N of the contact that presses it, its own or another one (rolling
@@ -30,17 +31,7 @@ static inline real sg_back(const SG(work) * w, int n) {
 /* Size of the bilateral percussions that press friction of contact k in a slot. */
 static inline real sg_load(int base, int k, const real *R) {
     const sg_contact *contact = &sg_contacts[k];
-    real top = SG_C(0.0);
-    real sum = SG_C(0.0);
-    int c;
-    for (c = 0; c < contact->loads; ++c) {
-        top = sg_max(top, SG_FABS(R[base + contact->load + c]));
-    }
-    for (c = 0; c < contact->loads && top > SG_C(0.0); ++c) {
-        const real share = R[base + contact->load + c] / top;
-        sum += share * share;
-    }
-    return top * SG_SQRT(sum);
+    return contact->loads > 0 ? sg_norm(contact->loads, &R[base + contact->load]) : SG_C(0.0);
 }
 
 /* How the radius of contact k grows with percussion c of its slot, apart from its coefficient: a
