@@ -22,6 +22,7 @@ from signorini.models import (
 from trap_models import (
     anisotropic,
     forms,
+    laws,
     mixed_contacts,
     one_coordinate,
     only_constraints,
@@ -46,6 +47,7 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (one_coordinate, 4, False),
     (forms, 2, False),
     (anisotropic, 2, True),
+    (laws, 2, True),
     (pressed, 2, True),
 )
 # Redundant contacts, masses that vanish, time in every function, anisotropic and pressed friction.

@@ -331,3 +331,27 @@ def anisotropic() -> sg.Model:
     m.friction("belt", gamma_F=[vx - vy / 4], bound=0.7)
     m.contact("side", g_N=y + 2 + x / 8, e_N=0.5)
     return m
+
+
+def laws() -> sg.Model:
+    """Friction pressed by the percussions of a joint, a coefficient of the stages, restitution of
+    percussions."""
+    m = sg.Model("laws", symbols="casadi")
+    x, y, z, s = m.coordinates("x y z s", velocities="u v w r")
+    vx, vy, vz, vs = m.velocities
+    mass, mu = m.parameters(mass=1.2, mu=0.3)
+    m.lagrangian = (
+        0.5 * mass * (vx**2 + vy**2 + vz**2 + 0.5 * vs**2) - 9.81 * mass * z - 0.5 * (s - x) ** 2
+    )
+    m.constraint("guide", [y - 0.1 * ca.sin(x), s - 0.2 * y**2 - 0.5 * x])
+    m.friction("rub", gamma_F=[vx, vs], bound=mu * m.reaction("guide"))
+    m.friction("seal", gamma_F=vz, bound=0.2 * m.reaction("guide", 1))
+    m.contact(
+        *("floor",),
+        **{"g_N": z - 0.05 * x, "gamma_F": [vx, vy], "e_N": 0.6, "impact": "poisson"},
+        **{"mu": 0.2 + 0.2 / (1 + vx**2 + vy**2), "mu_at": "stages"},
+    )
+    m.contact("wall", g_N=0.3 - x, e_N=0.5, impact="poisson")
+    m.contact("stop", g_N=0.4 - z, gamma_F=vx, mu=mu, e_N=0.2)
+    m.initial_state(q={"z": 0.02}, v=[0.3, 0.03, -0.5, 0.15])
+    return m

@@ -78,6 +78,8 @@ def stack_bound(real: int, locals_: int, lines: int, start: int, n_contacts: int
     return 1600 + real * (locals_ + locals_ // 4 + lines // 6) + max(start, _INT * n_contacts)
 
 
+# Code of the runtime: for any model, for several contacts or such that are pressed, for ellipses.
+_ANY_FLASH, _CONTACTS_FLASH, _ELLIPTIC_FLASH = 46_000, 12_000, 12_000
 LOCATED_FLASH = 20_000  # code of the runtime for steps that are cut at their events
 ADAPTIVE_FLASH = 4096  # of steps whose sizes a tolerance chooses
 
@@ -109,9 +111,13 @@ def located_bound(
     return 2 * step + solved + looks * look
 
 
-def flash_bound(lines: int, operations: int, products: int) -> int:
-    """Bound from statements and operations; of software floating point the calls, not the code."""
-    return (46_000 + 33 * lines + 13 * operations + 40 * products) // 1000 * 1000
+def flash_bound(lines: int, operations: int, products: int, contacts: bool, elliptic: bool) -> int:
+    """Bound from statements and operations; of software floating point the calls, not the code.
+
+    `contacts` says that there are several, or a contact with friction.
+    """
+    runtime = _ANY_FLASH + contacts * _CONTACTS_FLASH + elliptic * _ELLIPTIC_FLASH
+    return (runtime + 33 * lines + 13 * operations + 40 * products) // 1000 * 1000
 
 
 def iteration_bound(

@@ -352,6 +352,8 @@ class EmitSpec:
                 lines,
                 sum(f.operations for f in written),
                 sum(e.products for e in unrolled),
+                n.n_contacts > 1 or any(c.law != "none" for c in self.contacts),
+                any(c.law == "elliptic" for c in self.contacts),
             )
             + sum(real * c.numbers for c in self.curves)
             + (LOCATED_FLASH if self.located else 0)

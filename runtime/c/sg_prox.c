@@ -8,10 +8,10 @@ static inline int sg_is_closed(real z, real band) { return z <= band; }
 
 /* Euclidean norm of a few components; no intermediate overflow. */
 static inline real sg_norm(int n, const real *z) {
-    real top = SG_FABS(z[0]);
+    real top = SG_C(0.0);
     real sum = SG_C(0.0);
     int i;
-    for (i = 1; i < n; ++i) {
+    for (i = 0; i < n; ++i) {
         top = sg_max(top, SG_FABS(z[i]));
     }
     if (n == 1 || !(top > SG_C(0.0))) {
