@@ -46,8 +46,8 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (box.model, 3, True),
     (one_coordinate, 4, False),
     (forms, 2, False),
+    (laws, 3, True),
     (anisotropic, 2, True),
-    (laws, 2, True),
     (pressed, 2, True),
 )
 # Redundant contacts, masses that vanish, time in every function, anisotropic and pressed friction.
