@@ -311,7 +311,8 @@ def test_coefficients_at_the_stages_have_the_order_of_the_scheme(
     stepper: Build, stages: int, options: dict[str, Any]
 ) -> None:
     """While it slides one way, friction that falls with the slip is a smooth force."""
-    start = {"q0": [-0.02, 0], "v0": [-0.3, 0], "t_end": 0.04}
+    # about V_S the coefficient changes most
+    start = {"q0": [0.03, 0], "v0": [BELT - 0.08, 0], "t_end": 0.04}
     exact = sg.build(belt(""), stages=4).simulate(dt=5e-4, **start)
     made = stepper(belt, stages, **options)
     errors = [
