@@ -66,9 +66,9 @@ def build(kind: str, folder: Path) -> Path:
 def test_wheel_and_sdist_are_complete(tmp_path: Path) -> None:
     with tarfile.open(build("sdist", tmp_path / "s")) as sdist:
         inside = {name.split("/", 1)[-1] for name in sdist.getnames()}
-        # The sdist alone makes a wheel.
-        sdist.extractall(tmp_path / "unpacked", filter="data")
     assert set(NEEDED) <= inside, set(NEEDED) - inside
+    # the sdist alone makes a wheel; not every 3.11 has the filters of extractall
+    run(sys.executable, "-m", "tarfile", "-e", sdist.name, tmp_path / "unpacked")
     (source,) = (tmp_path / "unpacked").iterdir()
     run(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path / "w", cwd=source)
     (wheel,) = (tmp_path / "w").iterdir()

@@ -335,6 +335,9 @@ class Laws:
     def reaction(self, name: str, first: int = 0, count: int | None = None) -> Reaction:
         """What a constraint carries, for the bound of `friction`: the norm of its force.
 
+        The multiplier of a constraint is a force where the constraint is a length of unit slope:
+        ``sqrt(x**2 + y**2) - R``. Of ``x**2 + y**2 - R**2`` it is 1 / (2 R) of the force.
+
         Parameters
         ----------
         name : str
