@@ -68,8 +68,9 @@ def test_wheel_and_sdist_are_complete(tmp_path: Path) -> None:
         inside = {name.split("/", 1)[-1] for name in sdist.getnames()}
     assert set(NEEDED) <= inside, set(NEEDED) - inside
     # the sdist alone makes a wheel; not every 3.11 has the filters of extractall
-    run(sys.executable, "-m", "tarfile", "-e", sdist.name, tmp_path / "unpacked")
-    (source,) = (tmp_path / "unpacked").iterdir()
+    unpacked = tmp_path / "unpacked"
+    run(sys.executable, "-m", "tarfile", "-e", sdist.name, unpacked, cwd=tmp_path)
+    (source,) = unpacked.iterdir()
     run(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path / "w", cwd=source)
     (wheel,) = (tmp_path / "w").iterdir()
     names = set(zipfile.ZipFile(wheel).namelist())
