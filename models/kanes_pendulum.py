@@ -1,8 +1,8 @@
 """Kane's double pendulum strikes a rough floor with its tip.
 
 With Newton's law e_N = 0.5 and friction it can leave the floor with more energy than it had, a
-paradox (Kane 1984). With Poisson's law, compression and expansion, it had no more in any of 150 drawn
-impacts. Seen: what an impact law does where friction and restitution meet in a linkage.
+paradox (Kane 1984). With Poisson's law, compression and expansion, it had no more in any of 150
+drawn impacts. Seen: what an impact law does where friction and restitution meet in a linkage.
 """
 
 from math import pi
