@@ -33,8 +33,49 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-# Further instances of a mechanism of which the first circle has one: they belong to -m thorough.
+# Analysers, other compilers, and mechanisms that have a cheaper test in the first circle.
 FURTHER = re.compile(
+    "|".join(
+        (
+            r"test_elliptic.py::test_(equal_coefficients|the_path_bends.*\[3)",
+            r"test_view.py::test_a_surface_in_space",
+            r"test_fmu.py::test_calls_in_any_order",
+            r"test_derivatives.py::test_models_without_contacts\[model1",
+            r"test_new.py::test_a_new_file_runs_and_is_drawn\[(space|lagrangian|casadi)",
+            r"test_new.py::test_inputs_of_the_command_line",
+            r"test_view.py::test_arrows.*(woodpecker|slider_crank|rocking_block|box_in_space)",
+            r"test_view.py::test_(legends_cover|friction_of_contacts|titles_do_not)",
+            r"test_documentation.py::test_blocks_run",
+            r"test_elliptic.py::test_the_ellipse_is_a_disc",
+            r"test_polygons.py::test_(a_notch|a_tilted.*0.03|random_stacks)",
+            r"test_derivatives.py::test_(two_contacts|a_struck|where_a_bounce|a_grazing)",
+            r"test_derivatives.py::test_(outputs_change|an_impact_that_sl)",
+            r"test_adjoint.py::test_gradients_of_inputs",
+            r"test_linearise.py::test_(the_multiplier_of|a_bounce_on)",
+            r"test_optimisers.py::test_(a_hopper|an_identification|a_bounce_shot)",
+            r"test_laws.py::test_(a_roller_stops.*3|derivatives_of|a_ball_rolls|one_contact)",
+            r"test_laws.py::test_(a_captured_servo|stick_and_slip|friction_that|a_coefficient_that)",
+            r"test_laws.py::test_(restitution_of|mecanum|a_spinning)",
+            r"test_loads.py::test_a_bead",
+            r"test_poisson.py::test_(what_rests|a_cradle)",
+            r"test_laws.py::test_(a_captured_stop|a_freewheel_is|resistance_acts|the_limit_cycle)",
+            r"test_ropes_and_gears.py::test_(block_and|atwoods)",
+            r"test_laws.py::test_(a_roller_rests|coefficients_at_the_stages_have.*3-options3)",
+            r"test_generated_code.py::test_sanitizers",
+            r"test_hostile.py::test_(fuzz|valgrind)",
+            r"test_packaging.py::test_wheel_and_sdist",
+            r"test_firmware.py::test_(make_and|stated_memory)",
+            r"test_generated_code.py::test_no_warnings(?!.*located.*double|.*only_libm.*mixed_contacts-double)",
+            r"test_files.py::test_a_killed",
+            r"test_(studies|sweep).py::test_(command|period_doubling)",
+        )
+    )
+)
+
+
+# Further instances of a mechanism of which continuous integration has one, and the same on more
+# models or machines.
+SLOWER = re.compile(
     "|".join(
         (
             r"test_collection.py::test_(andrews|arch|block_stack|chain_presses|domino|drawer)",
@@ -58,13 +99,10 @@ FURTHER = re.compile(
             r"test_rolling.py::test_a_rattleback_turns_back\[3",
             r"test_from_sympy.py::test_names_that_c_lacks",
             r"test_studies.py::test_study\[(energy|lost|orders)",
-            r"test_elliptic.py::test_(equal_coefficients|the_path_bends.*\[3)",
             r"test_runtime_files.py::test_long_models.*\[1",
             r"test_stability.py::test_several_frequencies",
             r"test_collection.py::test_turntable_circle",
             r"test_tables.py::test_functions_in_c\[casadi",
-            r"test_view.py::test_a_surface_in_space",
-            r"test_fmu.py::test_calls_in_any_order",
             r"test_tolerance.py::test_(time_in_the_forces|what_cannot_be_had)",
             r"test_commands_for_models.py::test_growth",
             r"test_theta.py::test_orders",
@@ -78,55 +116,34 @@ FURTHER = re.compile(
             r"test_stress.py::test_runs_that_once_stopped\[(groove-3-25|chain-2-1)",
             r"test_stability.py::test_the_warning_names_a_stable_step\[3",
             r"test_moreau.py::test_steps_satisfy_the_equations\[only",
-            r"test_derivatives.py::test_models_without_contacts\[model1",
             r"test_full_order.py::test_steps_satisfy_the_equations\[driven-2",
             r"test_theta.py::test_a_linear_oscillator_is_a_matrix\[0.7",
             r"test_full_order.py::test_(sleigh|turntable)_orders\[3",
             r"test_collection.py::test_(sphere_sticks|bead_settles|turntable_circle)",
             r"test_robustness.py::test_two_hundred_box_drops\[4",
             r"test_hostile.py::test_hostile_names_do_not_get_out\[if",
-            r"test_new.py::test_a_new_file_runs_and_is_drawn\[(space|lagrangian|casadi)",
-            r"test_new.py::test_inputs_of_the_command_line",
-            r"test_view.py::test_arrows.*(woodpecker|slider_crank|rocking_block|box_in_space)",
-            r"test_view.py::test_(legends_cover|friction_of_contacts|titles_do_not)",
-            r"test_documentation.py::test_blocks_run",
             r"test_bodies.py::test_two_polygons_collide",
             r"test_check.py::test_models_pass\[box.model",
-            r"test_elliptic.py::test_the_ellipse_is_a_disc",
-            r"test_polygons.py::test_(a_notch|a_tilted.*0.03|random_stacks)",
             r"test_stress.py::test_central_paths_are_needed",
-            r"test_derivatives.py::test_(two_contacts|a_struck|where_a_bounce|a_grazing)",
-            r"test_derivatives.py::test_(outputs_change|an_impact_that_sl)",
-            r"test_adjoint.py::test_gradients_of_inputs",
-            r"test_linearise.py::test_(the_multiplier_of|a_bounce_on)",
-            r"test_optimisers.py::test_(a_hopper|an_identification|a_bounce_shot)",
             r"test_located.py::test_order_through_events\[knife",
             r"test_bodies.py::test_top_in_two_sets",
             r"test_runs.py::test_extended_precision",
             r"test_collection.py::test_runs_to_its_horizon\[(atwood|freewheel|kanes|rattling|roll)",
             r"test_collection.py::test_runs_to_its_horizon\[(screw|servo|string|stribeck|woodp)",
             r"test_collection.py::test_runs_to_its_horizon\[(vibrating|rimless|ribbed|sphere)",
-            r"test_laws.py::test_(a_roller_stops.*3|derivatives_of|a_ball_rolls|one_contact)",
-            r"test_laws.py::test_(a_captured_servo|stick_and_slip|friction_that|a_coefficient_that)",
-            r"test_laws.py::test_(restitution_of|mecanum|a_spinning)",
-            r"test_loads.py::test_a_bead",
-            r"test_poisson.py::test_(what_rests|a_cradle)",
-            r"test_laws.py::test_(a_captured_stop|a_freewheel_is|resistance_acts|the_limit_cycle)",
-            r"test_ropes_and_gears.py::test_(block_and|atwoods)",
-            r"test_laws.py::test_(a_roller_rests|coefficients_at_the_stages_have.*3-options3)",
             r"test_steps.py::test_steps_satisfy.*(box|slope).model-[45]",
             r"test_steps.py::test_steps_satisfy.*(unconstr|only_constr|one_coord|sticking_inc).*-5",
             r"test_stability.py::test_where_the_scheme_begins_to_amplify\[[346]",
             r"test_full_order.py::test_coin_orders\[4",
-        )
-    )
-)
-
-
-# The same on more models or machines than continuous integration has time for.
-SLOWER = re.compile(
-    "|".join(
-        (
+            r"test_steps.py::test_jacobians.*position-trap_models.(one_coord|only_con|sticking|unconstr).*-2",
+            r"test_steps.py::test_steps_satisfy.*(mixed_contacts|rheonomic)-2",
+            r"test_rest.py::test_a_bound_is_a_force\[2",
+            r"test_runs.py::test_a_lift_carries_its_load\[3",
+            r"test_stress.py::test_runs_that_once_stopped\[groove-3-32",
+            r"test_theta.py::test_the_check_passes",
+            r"test_full_order.py::test_steps_satisfy.*only_constraints-2",
+            r"test_files.py::test_models_called_like_files\[manifest",
+            r"test_stress.py::test_scenes\[3-vibrating",
             r"test_generated_code.py::test_static_analysis\[(?!.*slope.*located)",
             r"test_generated_code.py::test_no_warnings_and_only_libm\[box_in_space",
             r"test_generated_code.py::test_sanitizers\[box_in_space",

@@ -3,8 +3,6 @@
 import importlib
 import json
 import re
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
+from command import signorini
 from signorini.locate import shipped
 from signorini.models import bouncing_ball, box, chaplygin_sleigh, conveyor_oscillator, slope
 from signorini.verify.check import Checker
@@ -83,21 +82,11 @@ def test_report_formats(tmp_path: Path) -> None:
     assert int(suite.attrib["tests"]) == len(report.items) + len(report.counts["table"])
 
 
-def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "signorini", *arguments],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
 def test_command_line(tmp_path: Path) -> None:
-    result = command(
+    result = signorini(
+        tmp_path,
         *("check", "slope", "--stages", "2", "3", "--seed", "1", "--json", "r.json"),
         *("--junit", "r.xml"),
-        cwd=tmp_path,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert "passed" in result.stdout
@@ -106,18 +95,18 @@ def test_command_line(tmp_path: Path) -> None:
 
 
 def test_drift_is_shown(tmp_path: Path) -> None:
-    assert command("generate", "slope", "--stages", "2", cwd=tmp_path).returncode == 0
-    same = command("generate", "slope", "--check", "slope_c", cwd=tmp_path)
+    assert signorini(tmp_path, "generate", "slope", "--stages", "2").returncode == 0
+    same = signorini(tmp_path, "generate", "slope", "--check", "slope_c")
     assert same.returncode == 0, same.stdout + same.stderr
     source = tmp_path / "slope_c" / "slope.c"
     source.write_text(source.read_text().replace("par.mu = 0.3;", "par.mu = 0.4;"))
-    drifted = command("generate", "slope", "--check", "slope_c", cwd=tmp_path)
+    drifted = signorini(tmp_path, "generate", "slope", "--check", "slope_c")
     assert drifted.returncode == 1
     assert "-    par.mu = 0.4;" in drifted.stdout
     assert "+    par.mu = 0.3;" in drifted.stdout
     sg.generate(slope.model(), tmp_path / "more", stages=2, derivatives=True)
     assert not drift(slope.model(), tmp_path / "more")
-    assert command("generate", "slope", "--check", "nowhere", cwd=tmp_path).returncode == 1
+    assert signorini(tmp_path, "generate", "slope", "--check", "nowhere").returncode == 1
 
 
 # --- what a check proves ---------------------------------------------------------------------

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command import signorini
 
 MODEL = """
 import sympy as sp
@@ -34,15 +35,7 @@ def wrong():
 
 
 def call(*arguments: str, cwd: Path, ok: bool = True) -> str:
-    env = os.environ | {"COLUMNS": "200", "NO_COLOR": "1"}
-    result = subprocess.run(
-        [sys.executable, "-m", "signorini", *arguments],
-        cwd=cwd,
-        env=env,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    result = signorini(cwd, *arguments, COLUMNS="200", NO_COLOR="1")
     assert (result.returncode == 0) == ok, result.stdout + result.stderr
     assert "Traceback" not in result.stderr
     return result.stdout + result.stderr

@@ -1,8 +1,6 @@
 """show, picture, gallery, growth: what they print and write, and what they refuse."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 import sympy as sp
+from command import signorini
 from signorini.codegen.derive.magnitude import magnitude
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.sx_to_sympy import to_sympy
@@ -20,16 +19,6 @@ from signorini.studies import growth
 from trap_models import forms, mixed_contacts, rheonomic
 
 Ink = Callable[[Path], tuple[float, float, float, int]]
-
-
-def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "signorini", *arguments],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 @pytest.mark.parametrize("make", [forms, mixed_contacts, rheonomic])
@@ -71,30 +60,30 @@ def test_magnitude_bounds_every_value(make: object) -> None:
 
 
 def test_show(tmp_path: Path) -> None:
-    result = command("show", "slope", cwd=tmp_path)
+    result = signorini(tmp_path, "show", "slope")
     assert result.returncode == 0, result.stderr
     slip = "gamma_F = x_dot/sqrt(1 + exp(-2*x)) - y_dot*exp(-x)/sqrt(1 + exp(-2*x))"
     assert slip in result.stdout
     assert "W_F" in result.stdout
-    one = command("show", "slope", "--quantity", "g_N_q", "--latex", cwd=tmp_path)
+    one = signorini(tmp_path, "show", "slope", "--quantity", "g_N_q", "--latex")
     assert one.stdout.startswith("\\begin{align*}")
     assert "\\dot{x}" in latex(derived(slope.model()))
-    wrong = command("show", "slope", "--quantity", "nothing", cwd=tmp_path)
+    wrong = signorini(tmp_path, "show", "slope", "--quantity", "nothing")
     assert wrong.returncode == 1
     assert "no such derived function" in wrong.stderr
 
 
 def test_pictures(tmp_path: Path, ink: Ink) -> None:
-    result = command("picture", "rocking_block", "--out", "p.png", cwd=tmp_path)
+    result = signorini(tmp_path, "picture", "rocking_block", "--out", "p.png")
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
-    assert command("gallery", "slope", "--out", "g", cwd=tmp_path).returncode == 0
+    assert signorini(tmp_path, "gallery", "slope", "--out", "g").returncode == 0
     for path in (tmp_path / "p.png", tmp_path / "g" / "slope.png"):
         share, wide, high, colours = ink(path)
         assert 0.005 < share < 0.6, path
         assert min(wide, high) > 0.4, path
         assert colours >= 3, path  # poses from early to late
-    wrong = command("picture", "slope", "--out", "p.txt", cwd=tmp_path)
+    wrong = signorini(tmp_path, "picture", "slope", "--out", "p.txt")
     assert wrong.returncode == 1
     assert ".png" in wrong.stderr
 

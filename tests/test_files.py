@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from command import signorini
 from compilers import compiler, run
 from signorini.models import bouncing_ball
 from signorini.runtime import compile as compiling
@@ -345,7 +346,7 @@ def test_numbers_beyond_single_precision_are_named() -> None:
 
 
 def call(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*CLI, *words], cwd=cwd, capture_output=True, text=True, check=False)
+    return signorini(cwd, *words)
 
 
 def test_files_with_several_models_and_helpers(tmp_path: Path) -> None:

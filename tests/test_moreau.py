@@ -1,12 +1,12 @@
 """Moreau's scheme, another instance of the scheme interface, against its own formulas."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import signorini as sg
+from command import signorini
 from signorini.models import bouncing_ball, slider_crank, slope
 from trap_models import only_constraints, rheonomic
 
@@ -86,18 +86,13 @@ def test_steps_satisfy_the_equations(make: object) -> None:
 
 def test_generated_and_compared(tmp_path: Path) -> None:
     """The command line generates it, the folder stands alone, and drift is seen for it too."""
-    command = [sys.executable, "-m", "signorini", "generate", "slope"]
-    made = subprocess.run(
-        [*command, "--scheme", "moreau"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    made = signorini(tmp_path, "generate", "slope", "--scheme", "moreau")
     assert made.returncode == 0, made.stdout + made.stderr
     stepper = sg.load(tmp_path / "slope_c")
     assert stepper.manifest["scheme"] == "moreau"
     build = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-c", "slope.c"]
     subprocess.run(build, cwd=tmp_path / "slope_c", check=True)
-    same = subprocess.run(
-        [*command, "--check", "slope_c"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    same = signorini(tmp_path, "generate", "slope", "--check", "slope_c")
     assert same.returncode == 0, same.stdout + same.stderr
     mine = stepper.simulate(t_end=1, dt=1e-3)
     fine = sg.build(slope.model(), stages=4).simulate(t_end=1, dt=1e-2)

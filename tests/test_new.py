@@ -7,24 +7,15 @@ from pathlib import Path
 
 import pytest
 import signorini as sg
+from command import signorini
 from signorini.bodies import Planar
 from signorini.models import bouncing_ball
-
-
-def command(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "signorini", *map(str, words)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 @pytest.mark.parametrize("kind", ["plane", "space", "lagrangian", "casadi"])
 def test_a_new_file_runs_and_is_drawn(kind: str, tmp_path: Path) -> None:
     """It names itself, moves, touches something, is formatted, and is what `check` can prove."""
-    made = command(tmp_path, "new", "first.py", "--kind", kind)
+    made = signorini(tmp_path, "new", "first.py", "--kind", kind)
     assert made.returncode == 0, made.stderr
     assert "signorini run first.py" in made.stdout
     names: dict = {}
@@ -57,17 +48,17 @@ def test_a_new_file_replaces_nothing(tmp_path: Path) -> None:
         (("x.txt",), "ends in .py"),
         (("nowhere/x.py",), "there is no folder"),
     ):
-        result = command(tmp_path, "new", *words)
+        result = signorini(tmp_path, "new", *words)
         assert result.returncode == 1
         assert message in " ".join(result.stderr.split())
     assert (tmp_path / "mine.py").read_text() == "precious\n"
-    assert command(tmp_path, "new", "mine.py", "--force").returncode == 0
+    assert signorini(tmp_path, "new", "mine.py", "--force").returncode == 0
     assert "sg.Model" in (tmp_path / "mine.py").read_text()
 
 
 def test_a_run_as_json(tmp_path: Path) -> None:
     """Numbers of the run, nothing else on the standard output."""
-    result = command(tmp_path, "run", "bouncing_ball", "--t-end", "1.1", "--json")
+    result = signorini(tmp_path, "run", "bouncing_ball", "--t-end", "1.1", "--json")
     assert result.returncode == 0, result.stderr
     found = json.loads(result.stdout)
     traj = sg.build(bouncing_ball.model()).simulate(t_end=1.1, dt=1e-2)
@@ -79,9 +70,9 @@ def test_a_run_as_json(tmp_path: Path) -> None:
     assert found["energy"]["end"] == traj.energy[-1]
     assert found["impacts"] == 1
     assert found["steps"] == 110
-    listed = json.loads(command(tmp_path, "list", "--json").stdout)
+    listed = json.loads(signorini(tmp_path, "list", "--json").stdout)
     assert next(m for m in listed if m["model"] == "slider_crank")["n_N"] == 4
-    proof = command(tmp_path, "check", "slope", "--stages", "2", "--json=-")
+    proof = signorini(tmp_path, "check", "slope", "--stages", "2", "--json=-")
     assert json.loads(proof.stdout)["model"] == "slope"
 
 
@@ -105,7 +96,7 @@ def test_inputs_of_the_command_line(tmp_path: Path) -> None:
         (("--inputs", "F=3"), 3.0),
         (("--inputs", "mine.py:push"), 1.0),
     ):
-        result = command(tmp_path, *run, *words)
+        result = signorini(tmp_path, *run, *words)
         assert result.returncode == 0, result.stderr
         assert json.loads(result.stdout)["end"]["v"]["x_dot"] == pytest.approx(speed, abs=1e-12)
         assert ("note: the inputs F stay zero" in result.stderr) == (not words)
@@ -114,7 +105,7 @@ def test_inputs_of_the_command_line(tmp_path: Path) -> None:
         (("--inputs", "mine.py:pull"), "no function 'pull'"),
         (("--inputs", "mine"), "names no function"),
     ):
-        result = command(tmp_path, *run, *words)
+        result = signorini(tmp_path, *run, *words)
         assert result.returncode == 1
         assert message in " ".join(result.stderr.split())
 
@@ -122,7 +113,7 @@ def test_inputs_of_the_command_line(tmp_path: Path) -> None:
 def test_all_events(tmp_path: Path) -> None:
     """Twelve, and how to see the rest; or all."""
     words = ("run", "slider_crank", "--stages", "2")
-    few, all_of_them = (command(tmp_path, *words, *more) for more in ((), ("--all-events",)))
+    few, all_of_them = (signorini(tmp_path, *words, *more) for more in ((), ("--all-events",)))
     assert "--all-events" in few.stdout
     assert all_of_them.stdout.count(" P_") > few.stdout.count(" P_") == 12
 
@@ -157,7 +148,7 @@ def test_mistakes_of_beginners_have_remedies(tmp_path: Path) -> None:
         "import math, signorini as sg\n\ndef model():\n    m = sg.Model('m')\n"
         "    (x,) = m.coordinates('x')\n    m.contact('c', g_N=math.sin(x))\n    return m\n"
     )
-    result = command(tmp_path, "run", "m.py")
+    result = signorini(tmp_path, "run", "m.py")
     assert "sp.sin(x)" in result.stderr
     assert "line 6" in result.stderr
     traj = sg.build(bouncing_ball.model(), stages=2).simulate(t_end=0.1, dt=1e-2)

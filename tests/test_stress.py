@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from command import signorini
 from signorini.models import box, painleve_rod, v_groove
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep
@@ -27,13 +28,6 @@ WHOLE = RunOptions(max_halvings=0)  # no substeps
 
 Build = Callable[..., sg.Stepper]
 LOCKED = {"alpha": np.pi / 4, "mu": 1.7, "e_N": 0.5}  # a locked wedge cannot rebound
-
-
-def command(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "signorini", "stress", *arguments],
-        cwd=cwd, capture_output=True, text=True, check=False,
-    )  # fmt: skip
 
 
 # --- the corpus -----------------------------------------------------------------------------------
@@ -420,9 +414,9 @@ def test_bad_replay_files_are_named(stepper: Build, tmp_path: Path) -> None:
 
 
 def test_command(tmp_path: Path) -> None:
-    result = command(
+    result = signorini(
+        tmp_path, "stress",
         "--scenes", "ties", "grazing", "--runs", "1", "--stages", "2", "--out", "found",
-        cwd=tmp_path,
     )  # fmt: skip
     assert result.returncode == 0, result.stdout + result.stderr
     rows = json.loads((tmp_path / "found" / "stress.json").read_text())["rows"]
@@ -440,7 +434,7 @@ def test_command_errors(tmp_path: Path, stepper: Build) -> None:
         (("--replay", "none.json"), "there is no file"),
         (("--scenes", "ties", "--stages", "1"), "at least 2"),
     ):
-        result = command(*arguments, cwd=tmp_path)
+        result = signorini(tmp_path, "stress", *arguments)
         assert result.returncode == 1
         assert text in " ".join(result.stderr.split())
         assert "Traceback" not in result.stderr
@@ -451,7 +445,7 @@ def test_command_replays(tmp_path: Path, stepper: Build) -> None:
     step = pretended(compiled, 0.0, np.array([0, 0.1, 0]), np.array([0, -1.0, 0]), **LOCKED)
     about = {"scene": "wedge_locked", "seed": 1, "run": 0, "step": 1}
     replace(step, about=about).save(tmp_path / "step.json")
-    result = command("--replay", "step.json", cwd=tmp_path)
+    result = signorini(tmp_path, "stress", "--replay", "step.json")
     assert result.returncode == 0, result.stderr
     assert "now: NOT_CONVERGED" in result.stdout
     assert "no solution" in result.stdout

@@ -2,13 +2,12 @@
 
 import json
 import math
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import signorini
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.studies import (
     figures,
@@ -102,13 +101,7 @@ def test_sliding_reference_is_converged() -> None:
 
 
 def test_command(tmp_path: Path) -> None:
-    result = subprocess.run(
-        [sys.executable, "-m", "signorini", "reproduce", "fig8", "bilateral", "--out", "o"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    result = signorini(tmp_path, "reproduce", "fig8", "bilateral", "--out", "o")
     assert result.returncode == 0, result.stdout + result.stderr
     assert "10 of 10 claims met" in result.stdout
     assert (tmp_path / "o" / "fig8.pdf").is_file()

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import signorini as sg
+from command import signorini
 from signorini import sweep as sweeping
 from signorini import swept
 from signorini.models import bouncing_ball, vibrating_table
@@ -202,13 +203,12 @@ def test_axes_of_a_model() -> None:
 def test_period_doubling_from_the_command_line(tmp_path: Path, ink: Ink) -> None:
     """One bounce a period from Gamma = pi/3 on, its period doubles at 1.5268 (Luck, Mehta)."""
     out, picture = tmp_path / "b.zarr", tmp_path / "b.png"
-    command = [
-        *(sys.executable, "-m", "signorini", "sweep", "vibrating_table"),
+    result = signorini(
+        *(tmp_path, "sweep", "vibrating_table"),
         *("--over", "Gamma=1.02,1.2,1.45,1.6", "--stages", "2", "--dt", "2.5e-4", "--t-end", "10"),
         *("--every", "200", "--last", "20", "--workers", "1"),
         *("--out", str(out), "--plot", str(picture), "--show", "y_dot"),
-    ]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    )
     assert result.returncode == 0, result.stderr
     assert "4 runs: OK" in result.stdout
     share, wide, high, _colours = ink(picture)

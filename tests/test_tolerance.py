@@ -1,8 +1,6 @@
 """Runs whose step sizes a tolerance chooses: how exact they are, what they say of themselves."""
 
 import ctypes
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
+from command import signorini
 from signorini.codegen.frontend.errors import GenerationError
 from signorini.locate import find_model
 from signorini.models import bead_on_hoop, conveyor_oscillator, slope
@@ -403,15 +402,15 @@ def test_files_keep_estimates(stepper: Build, tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_on_the_command_line(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "signorini"]
-    run = [*command, "run", "bouncing_ball", "--error", "1e-8", "--json", "--t-end", "1.1"]
-    told = subprocess.run(run, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    told = signorini(
+        tmp_path, "run", "bouncing_ball", "--error", "1e-8", "--json", "--t-end", "1.1"
+    ).stdout
     assert '"steps": 4' in told
-    sweep = [
-        *command, "sweep", "bouncing_ball", "--over", "e_N=0,0.5", "--error", "1e-8",
+    swept = signorini(
+        tmp_path, "sweep", "bouncing_ball", "--over", "e_N=0,0.5", "--error", "1e-8",
         "--dt", "0.5", "--t-end", "1", "--workers", "1", "--out", str(tmp_path / "s.zarr"),
-    ]  # fmt: skip
-    subprocess.run(sweep, capture_output=True, text=True, check=True, cwd=tmp_path)
+    )  # fmt: skip
+    assert swept.returncode == 0, swept.stderr
     import zarr
 
     q = np.asarray(zarr.open_group(str(tmp_path / "s.zarr"), mode="r")["q"])

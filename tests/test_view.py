@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
+from command import signorini
 from hypothesis import given
 from hypothesis import strategies as st
 from signorini.bodies import Spatial
@@ -467,24 +468,14 @@ def _coloured(png: bytes) -> float:
 
 
 def test_the_command(tmp_path: Path) -> None:
-    import subprocess
-    import sys
-
-    def command(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-m", "signorini", *words],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    made = command("run", "slope", "--t-end", "0.2", "--stages", "2", "--out", "slope.npz")
+    made = signorini(
+        tmp_path, "run", "slope", "--t-end", "0.2", "--stages", "2", "--out", "slope.npz"
+    )
     assert made.returncode == 0, made.stderr
-    shown = command("view", "slope.npz", "--stages", "2", "--out", "slope.html")
+    shown = signorini(tmp_path, "view", "slope.npz", "--stages", "2", "--out", "slope.html")
     assert shown.returncode == 0, shown.stderr
     assert len(data_of(tmp_path / "slope.html")["t"]) > 10
-    wrong = command("view", "slope", "--stages", "2", "--out", "slope.avi")
+    wrong = signorini(tmp_path, "view", "slope", "--stages", "2", "--out", "slope.avi")
     assert wrong.returncode == 1
     assert "stands for no format" in wrong.stderr
     assert find_model("slope").name == "slope"
