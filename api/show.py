@@ -16,6 +16,7 @@ from signorini.codegen.frontend.validate import freeze
 SHOWN = (
     *("L", "p", "p_v", "L_q", "f", "g", "W_g", "chi_g", "gamma", "W_gamma", "chi_gamma"),
     *("g_N", "W_N", "chi_N", "gamma_F", "W_F", "chi_F", "bound", "guard", "mu", "e_N", "e_F"),
+    *("compliance", "relaxation"),
     *("energy", "outputs"),
 )
 LONG = 80  # operations above which an expression is not written out unless asked for by name

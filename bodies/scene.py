@@ -217,6 +217,8 @@ class Scene:
         rolling: Any = None,
         drilling: Any = None,
         coupling: str | None = None,
+        compliance: Any = None,
+        relaxation: Any = 0,
     ) -> None:
         """Contact between two things.
 
@@ -236,6 +238,8 @@ class Scene:
             `Model.contact`.
         coupling : {None, "contensou"}
             Whether sliding and drilling are one law, as in `Model.contact`.
+        compliance, relaxation : number or expression of parameters, optional
+            Inverse of the stiffness [m/N], and damping over stiffness [s], as in `Model.contact`.
 
         Raises
         ------
@@ -281,6 +285,8 @@ class Scene:
             guard=guard,
             impact=impact,
             coupling=coupling,
+            compliance=compliance,
+            relaxation=relaxation,
             **laws,
         )
 
@@ -353,6 +359,8 @@ class Scene:
         *,
         e_N: Any = 0,
         taut: bool = False,
+        compliance: Any = None,
+        relaxation: Any = 0,
     ) -> None:
         """A rope without mass or friction, through points and around pulleys.
 
@@ -371,6 +379,9 @@ class Scene:
             Restitution when the rope becomes taut.
         taut : bool
             The rope never slackens: a constraint instead, which would also push.
+        compliance, relaxation : number or expression of parameters, optional
+            Elastic: inverse of the stiffness [m/N], and damping over stiffness [s], as in
+            `Model.contact`.
 
         Raises
         ------
@@ -397,9 +408,17 @@ class Scene:
                 there.append(thing)
         total, corners = way(self.algebra, there)
         if taut:
-            self.model.constraint(name, length - total)
+            self.model.constraint(
+                name, length - total, compliance=compliance, relaxation=relaxation
+            )
         else:
-            self.model.contact(name, g_N=length - total, e_N=e_N)
+            self.model.contact(
+                name,
+                g_N=length - total,
+                e_N=e_N,
+                compliance=compliance,
+                relaxation=relaxation,
+            )
         for k in range(0, len(corners), 2):
             self.model.shape(corners[k : k + 2])
 

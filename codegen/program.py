@@ -442,6 +442,7 @@ def jacobian(
     radius: ca.SX,
     bilateral: tuple[int, ...],
     equations: tuple[str, str, str, str],
+    own: dict[int, ca.SX] | None = None,
 ) -> Jacobian:
     """Tables and assembly of the derivatives A = dr/dx, B = dr/dR, C = dy/dx, d(radius)/dx.
 
@@ -451,10 +452,16 @@ def jacobian(
         Percussions of bilateral constraints that take part.
     equations : tuple of str
         Headings of the four blocks.
+    own : dict from row to SX, optional
+        dy/dR of rows that yield to their own percussion.
     """
     n_x = A.shape[0]
     chosen = list(bilateral)
-    K = ca.blockcat([[A, B[:, chosen]], [C[chosen, :], ca.SX(len(chosen), len(chosen))]])
+    yields = ca.SX(len(chosen), len(chosen))
+    for k, row in enumerate(chosen):
+        if own and row in own:
+            yields[k, k] = own[row]
+    K = ca.blockcat([[A, B[:, chosen]], [C[chosen, :], yields]])
     order = elimination_order(K.sparsity(), n_x)
     place = inverse(order)
     n_rows = tuple(range(max(B.shape[1], C.shape[0], radius.shape[0])))

@@ -34,6 +34,8 @@ def violations(
         rows: list[str], values: np.ndarray, W: np.ndarray, x: np.ndarray, chi: Any, what: str
     ) -> None:
         for k, name in enumerate(rows):
+            if name.partition("[")[0] in stepper.manifest["compliant"]:
+                continue  # what yields may be compressed, and moves while it does
             scale = np.abs(W[:, k]) @ np.abs(x) + abs(chi[k])
             measure = abs(values[k]) / (tolerance * scale + floor)
             if not measure <= 1:
@@ -86,13 +88,18 @@ def project(
         # LAPACK knows no wider type: directions in double, what they correct in full
         return value.astype(float) if name in ("p_v", "W_g", "W_gamma", "W_N") else value
 
+    rigid = [
+        name not in stepper.manifest["compliant"]
+        for name, count in stepper.manifest["g_blocks"]
+        for _ in range(count)
+    ]
     mass_inverse = np.linalg.pinv(at("p_v", q, v), hermitian=True)
     q, v = q.copy(), v.copy()
     for _ in range(_MAX_ITERATIONS):
         rows, columns = [np.zeros(0)], [np.zeros((n["n_q"], 0))]
         if n["n_g"]:
-            rows.append(at("g", q, v))
-            columns.append(at("W_g", q, v))
+            rows.append(at("g", q, v)[rigid])
+            columns.append(at("W_g", q, v)[:, rigid])
         if n["n_N"]:
             gaps = at("g_N", q, v)
             contacts = [
@@ -100,7 +107,12 @@ def project(
             ]
             guard = at("guard", q, v)
             exists = np.array(
-                [not c["one_way"] and (not c["guarded"] or guard[k] >= 0) for k, c in contacts]
+                [
+                    not c["one_way"]
+                    and c["name"] not in stepper.manifest["compliant"]
+                    and (not c["guarded"] or guard[k] >= 0)
+                    for k, c in contacts
+                ]
             )
             violated = (gaps < 0) & exists
             rows.append(gaps[violated])
@@ -116,8 +128,8 @@ def project(
             break
     rows, columns = [np.zeros(0)], [np.zeros((n["n_q"], 0))]
     if n["n_g"]:
-        rows.append(at("g_dot", q, v))
-        columns.append(at("W_g", q, v))
+        rows.append(at("g_dot", q, v)[rigid])
+        columns.append(at("W_g", q, v)[:, rigid])
     if n["n_gamma"]:
         rows.append(at("gamma", q, v))
         columns.append(at("W_gamma", q, v))
@@ -143,6 +155,8 @@ def contradiction(
     on each other stands in their residuals.
     """
     n = stepper.sizes
+    if stepper.manifest["compliant"]:
+        return ""  # compliant rows give way to the others
     limits = _TOLERANCES[stepper.manifest["precision"]]
 
     def at(name: str, q: np.ndarray) -> np.ndarray:

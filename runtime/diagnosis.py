@@ -101,7 +101,7 @@ def wrong_coefficient(
 
     Without inputs, None, coefficients that depend on them are not looked at.
     """
-    if not stepper.manifest["contacts"]:
+    if not stepper.manifest["contacts"] and not stepper.manifest["compliant"]:
         return ""
 
     def values(name: str) -> np.ndarray | None:
@@ -120,6 +120,16 @@ def wrong_coefficient(
                 return (
                     f"{name} of contact '{contact['name']}' is {value:g} with the parameters "
                     f"{_given(stepper, par)}: {allowed}"
+                )
+    for name in ("compliance", "relaxation"):
+        found = values(name)
+        for row, value in zip(
+            stepper.manifest["compliant"], [] if found is None else found, strict=True
+        ):
+            if not 0 <= value < np.inf:
+                return (
+                    f"{name} of '{row}' is {value:g} with the parameters "
+                    f"{_given(stepper, par)}: it must be >= 0"
                 )
     each = values("mu_F")
     if each is None:

@@ -30,6 +30,7 @@ from trap_models import (
     rheonomic,
     sticking_incline,
     unconstrained,
+    yielding,
 )
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -47,6 +48,7 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (one_coordinate, 4, False),
     (forms, 2, False),
     (laws, 3, True),
+    (yielding, 2, True),
     (anisotropic, 2, True),
     (pressed, 2, True),
 )

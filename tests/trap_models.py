@@ -355,3 +355,21 @@ def laws() -> sg.Model:
     m.contact("stop", g_N=0.4 - z, gamma_F=vx, mu=mu, e_N=0.2)
     m.initial_state(q={"z": 0.02}, v=[0.3, 0.03, -0.5, 0.15])
     return m
+
+
+def yielding() -> sg.Model:
+    """A box that lands on compliant corners, on a compliant tether, before a rigid wall."""
+    m = sg.Model("yielding")
+    x, y, phi = m.coordinates("x y phi")
+    v_x, v_y, omega = m.velocities
+    a, b, mu, c, tau, c_rope = m.parameters(a=0.2, b=0.1, mu=0.3, c=1e-4, tau=1e-3, c_rope=1e-3)
+    m.lagrangian = (v_x**2 + v_y**2) / 2 + (a**2 + b**2) / 6 * omega**2 - 9.81 * y
+    s, k = sp.sin(phi), sp.cos(phi)
+    for name, side in (("right", 1), ("left", -1)):
+        gap = y + s * side * a - k * b
+        slip = v_x + (k * b - s * side * a) * omega
+        m.contact(name, g_N=gap, gamma_F=slip, mu=mu, compliance=c, relaxation=tau)
+    m.contact("wall", g_N=1 - x, e_N=0.5)
+    m.constraint("tether", sp.sqrt((x - 0.5) ** 2 + (y - 1) ** 2) - 0.9, compliance=c_rope)
+    m.initial_state(q=[0, 0.2, 0.1], v=[2, 0, 0])
+    return m

@@ -64,6 +64,7 @@ class Expressions:
             replace(c, guard=guards[c.pressed_by]) if c.pressed_by else c for c in model.contacts
         ]
         self.contacts = contacts
+        self.yields = _yielding(model)
         things = model.drawing.wanted()
         total = [0] * self.n_q
         for force in model.forces:
@@ -81,6 +82,8 @@ class Expressions:
             "mu_F": [mu for c in contacts for mu in _each(c)] if _differ(contacts) else [],
             "e_N": [c.e_N for c in contacts],
             "e_F": [c.e_F for c in contacts],
+            "compliance": [c for c, _ in self.yields.values()],
+            "relaxation": [tau for _, tau in self.yields.values()],
             "outputs": [e for _, e in model.outputs],
             "shapes": [x for thing in things for point in thing.points for x in point],
         }
@@ -157,6 +160,17 @@ class Expressions:
                 self.value("gamma_F", *at),
             ]
         )
+
+
+def _yielding(model: Model) -> dict[int, tuple[Any, Any]]:
+    """Compliance and relaxation of the percussion rows that yield."""
+    names = [
+        name
+        for name, expressions in (*model.constraints, *model.velocity_constraints)
+        for _ in expressions
+    ]
+    names += [c.name for c in model.contacts if c.g_N is not None]
+    return {k: model.compliances[x] for k, x in enumerate(names) if x in model.compliances}
 
 
 class _SymPy:

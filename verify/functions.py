@@ -75,6 +75,8 @@ def reference_values(
             "mu_F": e.value("mu_F", *state),
             "e_N": e.value("e_N", *state),
             "e_F": e.value("e_F", *state),
+            "compliance": e.value("compliance", *state),
+            "relaxation": e.value("relaxation", *state),
             "WR": W @ force,
             "WR_q": slope_in(lambda *a: e.W(*a) @ force, 1),
             "outputs": e.value("outputs", *state),

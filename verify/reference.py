@@ -361,8 +361,13 @@ class Reference:
         }
 
     def prox_parameters(self, at: tuple[Any, ...], h: float) -> np.ndarray:
-        """Effective masses of all directions: they make contact rows percussions."""
-        return self.effective_masses(at)
+        """Effective masses of all directions: they make contact rows percussions. What yields
+        moves by c / h^2 besides."""
+        r = self.effective_masses(at)
+        c = self.e.value("compliance", *at)
+        for k, row in enumerate(self.e.yields):
+            r[row] /= 1 + r[row] * float(c[k]) / h**2
+        return r
 
     def coefficient(self, k: int, mu: np.ndarray, at: tuple[Any, ...]) -> float:
         """mu of contact k: of the step, or at a stage."""
@@ -437,7 +442,29 @@ class Reference:
             e.p(*at[i]) - p_n - sum(self.a_hat[i, j] * F[j] for j in range(s)) for i in range(s)
         ]
         final = e.p(*end) - p_n - sum(self.b[j] * F[j] for j in range(s))
-        return momentum, final, [e.y(*at[i]) for i in range(s)], e.y_dot(*end), at
+        y, rates = [e.y(*at[i]) for i in range(s)], e.y_dot(*end)
+        self._yield(y, rates, step, start, h)
+        return momentum, final, y, rates, at
+
+    def _yield(self, y: list[Any], rates: Any, step: Step, start: tuple[Any, ...], h: Any) -> None:
+        """(T20): 0 = g + tau dg/dt + c R / h over 1 + tau / (c_i h), dg/dt = (g - g_n) / (c_i h);
+        (T21) over tau + h / 2."""
+        c, tau = self.e.value("compliance", *start), self.e.value("relaxation", *start)
+        weights = (
+            self.b if step.R.dtype != object else np.array([_exact(b) for b in self.b], object)
+        )
+        P = weights @ step.R
+        before = self.e.y(*start)
+        for k, row in enumerate(self.e.yields):
+            begin = before[row] if row < self.n_bilateral else min(before[row], 0)
+            for i in range(1, self.s):
+                rate = (y[i][row] - begin) / (h * self.c[i])
+                law = y[i][row] + tau[k] * rate + c[k] * step.R[i - 1][row] / h
+                if i == self.s - 1:
+                    last = y[i][row]
+                y[i][row] = law / (1 + tau[k] / (h * self.c[i]))
+            width = tau[k] + h / 2
+            rates[row] = (last + width * rates[row] + c[k] * P[row] / h) / width
 
     def forces(self, step: Step, at: list[Any], h: Any) -> list[np.ndarray]:
         """F^j (63) of every stage."""
@@ -522,7 +549,7 @@ class Reference:
         """Newton's method from a cold start, minimum-norm steps; None if it does not converge."""
         q, v = np.asarray(q, float), np.asarray(v, float)
         at = (t, q, v, u, par)
-        r = self.effective_masses(at)
+        r = self.prox_parameters(at, h)
         x = self._pack(start or self._cold(v))
 
         def residual(x: np.ndarray) -> np.ndarray:

@@ -181,6 +181,11 @@ def emit_spec(
         plan = registered.make(d, number, value)
         poisson = [c.name for c in data.contacts if c.poisson]
         varying = [c.name for c in data.contacts if c.varies]
+        if derivatives and data.compliances:
+            raise ValueError(
+                f"model '{data.name}', derivatives=True: '{data.compliances[0].name}' is "
+                "compliant, and compliance is not differentiated. Write the spring as a potential."
+            )
         if derivatives and varying:
             raise ValueError(
                 f"model '{data.name}', derivatives=True: the coefficient of '{varying[0]}' is "
@@ -295,6 +300,7 @@ class _Builder:
             g_blocks=data.g_blocks,
             gamma_blocks=data.gamma_blocks,
             contacts=tuple(contact_rows(data, plan.guarded)),
+            compliant=tuple(c.name for c in self.data.compliances),
             outputs=tuple(name for name, _ in data.outputs),
             shapes=data.shapes,
             statuses=STATUSES,

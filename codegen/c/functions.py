@@ -289,15 +289,19 @@ class FunctionWriter:
         for k, is_velocity in enumerate(d.one_way):
             if is_velocity:
                 gaps[k] = 0  # a velocity may be anything at the start: it is struck
+        position = ca.vertcat(ca.densify(d["g"]), zero(n_gamma, 1), gaps, zero(n_F, 1))
+        speed = ca.densify(ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]))
+        for c in d.data.compliances:
+            position[c.row] = speed[c.row] = 0  # what yields may be compressed
         places = {
-            "value": ("g, g_N", ca.vertcat(d["g"], zero(n_gamma, 1), gaps, zero(n_F, 1))),
+            "value": ("g, g_N", position),
             "size": ("|W^T| |q|", directions @ q),
             "guard": ("guards", d["guard"]),
         }
         rates = {
             "value": (
                 "g_dot, gamma, g_N_dot, gamma_F",
-                ca.vertcat(d["g_dot"], d["gamma"], d["g_N_dot"], d["gamma_F"]),
+                speed,
             ),
             "size": ("|W^T| |v| + |chi|", directions @ v + ca.fabs(chi)),
         }

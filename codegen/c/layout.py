@@ -102,6 +102,7 @@ class Sizes:
     n_expanded_x: int
     n_one_way: int
     n_loads: int
+    n_compliance: int
     spatial: bool
 
 
@@ -160,6 +161,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_slip=max([2, *(c.n_F for c in data.contacts)]),
         n_one_way=sum(c.one_way for c in data.contacts),
         n_loads=sum(c.load is not None for c in data.contacts),
+        n_compliance=sum(p.n_slots for p in scheme.problems) * n_R if data.compliances else 0,
         n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )
@@ -449,6 +451,7 @@ def _work(
             for name, what in COEFFICIENTS
         ),
         Field("guard", "real", (n.n_contacts,), "guards"),
+        Field("compliance", "real", (n.n_compliance,), "dy/dR of the rows of all problems"),
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),
         *places,

@@ -47,6 +47,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "g_blocks": [list(b) for b in spec.g_blocks],
         "gamma_blocks": [list(b) for b in spec.gamma_blocks],
         "contacts": [asdict(c) for c in spec.contacts],
+        "compliant": list(spec.compliant),
         "outputs": list(spec.outputs),
         "shapes": [{"kind": k, "name": name, "points": n} for k, name, n in spec.shapes],
         "statuses": [list(s) for s in spec.statuses],

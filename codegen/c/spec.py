@@ -165,6 +165,7 @@ class EmitSpec:
     g_blocks: tuple[tuple[str, int], ...]
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[ContactRow, ...]
+    compliant: tuple[str, ...]  # constraint or contact of every row that yields
     outputs: tuple[str, ...]
     shapes: tuple[tuple[str, str, int], ...]
     statuses: tuple[tuple[str, str], ...]

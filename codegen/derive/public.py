@@ -38,6 +38,8 @@ PUBLIC: tuple[tuple[str, str], ...] = (
     ("mu_F", ""),
     ("e_N", ""),
     ("e_F", ""),
+    ("compliance", ""),
+    ("relaxation", ""),
     ("WR", "tqR"),
     ("WR_q", "tqR"),
     ("outputs", "tqvu"),

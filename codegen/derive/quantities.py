@@ -65,6 +65,8 @@ QUANTITIES: dict[str, Quantity] = {
     "mu_F": Quantity("mu_F", "friction coefficient of every slip component, if some differ"),
     "e_N": Quantity("e_N", "normal restitution"),
     "e_F": Quantity("e_F", "tangential restitution"),
+    "compliance": Quantity("compliance", "compliances of the rows that yield"),
+    "relaxation": Quantity("relaxation", "damping over stiffness of the rows that yield"),
     "guard": Quantity("guard(t, q) >= 0", "whether a contact exists"),
 }
 
@@ -288,6 +290,12 @@ class Derivation:
 
     def _e_F(self) -> ca.SX:
         return self._column([c.e_F for c in self.data.contacts])
+
+    def _compliance(self) -> ca.SX:
+        return self._column([c.compliance for c in self.data.compliances])
+
+    def _relaxation(self) -> ca.SX:
+        return self._column([c.relaxation for c in self.data.compliances])
 
     def _guard(self) -> ca.SX:
         return self._column([ca.SX(0) if c.guard is None else c.guard for c in self.data.contacts])

@@ -18,11 +18,12 @@ class Laws:
         self.constraints: list[tuple[str, list[Any]]] = []
         self.velocity_constraints: list[tuple[str, list[Any]]] = []
         self.contacts: list[ContactDeclaration] = []
+        self.compliances: dict[str, tuple[Any, Any]] = {}
         self.drawing = Drawing()
         self._taken: dict[str, str] = {"t": "symbol, the time"}
 
-    def constraint(self, name: str, g: Any) -> None:
-        """Add bilateral position constraints g(t, q) = 0 (13).
+    def constraint(self, name: str, g: Any, *, compliance: Any = None, relaxation: Any = 0) -> None:
+        """Add bilateral position constraints g(t, q) = 0 (13), rigid or compliant.
 
         Parameters
         ----------
@@ -30,13 +31,20 @@ class Laws:
             ``traj["name.force"]`` are their mean forces.
         g : expression or list of expressions
             Of t, q and parameters. Redundant ones are solved.
+        compliance : number or expression, optional
+            Inverse c >= 0 of the stiffness of every row [m/N]: ``g + relaxation dg/dt + c force =
+            0``, implicit, stable for any step size and of first order. c = 0 is the rigid
+            constraint. An expression is taken at the start of a step.
+        relaxation : number or expression, optional
+            Damping over stiffness [s], >= 0, with a compliance.
 
         Raises
         ------
         ModelError
-            For a name that is taken, or something else than scalars.
+            For a name that is taken, something else than scalars, or a relaxation alone.
         """
         self._claim(name, "constraint", symbol=False)
+        self._yields(name, "constraint", compliance, relaxation)
         self.constraints.append((name, self._list(f"constraint '{name}'", g)))
 
     def velocity_constraint(self, name: str, gamma: Any) -> None:
@@ -73,6 +81,8 @@ class Laws:
         rolling: tuple[Any, Any] | None = None,
         drilling: tuple[Any, Any] | None = None,
         coupling: str | None = None,
+        compliance: Any = None,
+        relaxation: Any = 0,
         never: Mapping[str, str] | None = None,
         at: Sequence[Any] | None = None,
         normal: Sequence[Any] | None = None,
@@ -118,6 +128,13 @@ class Laws:
             bound, or both lie in the ellipsoid ``|(P_F / mu, M / radius)| <= P_N`` with the
             largest dissipation, so that a body that spins slides as if with little friction
             (Contensou). Then they are one law, and the spin is the third component of ``P_F``.
+        compliance : number or expression, optional
+            Inverse c >= 0 of the contact's stiffness [m/N], without restitution: ``0 <= g_N +
+            relaxation dg_N/dt + c force``, ``0 <= force`` and one of them zero, implicit, stable
+            for any step size and of first order. While the contact lasts several steps it springs
+            back, otherwise the impact is inelastic, as it is for c = 0. Friction is as ever.
+        relaxation : number or expression, optional
+            Damping over stiffness [s], >= 0, with a compliance.
         never : mapping from kind of motion to reason, optional
             Motions that this contact cannot make, e.g. ``{"sticking": "its motion is given"}``:
             `signorini.check` does not ask for them, repeats the reason, and fails if it sees one.
@@ -168,6 +185,15 @@ class Laws:
                 f"is {e_F}, and Poisson's law has no tangential restitution here",
                 "Leave it out, or take impact='newton'",
             )
+        if compliance is not None and not (
+            impact == "newton" and all(is_number(e) and float(e) == 0 for e in (e_N, e_F))
+        ):
+            raise ModelError(
+                self.name,
+                f"compliance of contact '{name}'",
+                f"is given beside e_N = {e_N}, e_F = {e_F}, impact={impact!r}",
+                "A compliant contact springs back by its stiffness: leave restitution out",
+            )
         if coupling is not None:
             mu, gamma_F = self._coupled(name, coupling, mu, gamma_F, drilling)
             drilling = None
@@ -183,6 +209,7 @@ class Laws:
             impact=impact,
             mu_at=mu_at,
         )
+        self._yields(name, "contact", compliance, relaxation)
         for kind, resistance in (("rolling", rolling), ("drilling", drilling)):
             if resistance is not None:
                 radius, rate = self._resistance(f"{kind} of contact '{name}'", resistance)
@@ -197,6 +224,17 @@ class Laws:
                 f"contact '{name}'",
                 "has a normal but no place",
                 "Give at=..., where the normal starts",
+            )
+
+    def _yields(self, name: str, kind: str, compliance: Any, relaxation: Any) -> None:
+        if compliance is not None:
+            self.compliances[name] = (compliance, relaxation)
+        elif not (is_number(relaxation) and float(relaxation) == 0):
+            raise ModelError(
+                self.name,
+                f"relaxation of {kind} '{name}'",
+                f"is {relaxation} without a compliance",
+                "Give compliance=..., which may be 0",
             )
 
     def one_way(

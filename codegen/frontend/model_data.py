@@ -81,6 +81,30 @@ class Contact:
 
 
 @dataclass(frozen=True, eq=False)
+class Compliance:
+    """How a row of g or g_N yields: 0 <= g + relaxation dg/dt + compliance force, see
+    docs/theory.md.
+
+    Attributes
+    ----------
+    name : str
+        Of the constraint or contact.
+    row : int
+        Among the percussions R = (R_g, R_gamma, R_N, R_F).
+    normal : bool
+        Whether it is the gap of a contact, which only presses.
+    compliance, relaxation : SX scalar
+        Inverse of the stiffness, and the damping over the stiffness [s].
+    """
+
+    name: str
+    row: int
+    normal: bool
+    compliance: ca.SX
+    relaxation: ca.SX
+
+
+@dataclass(frozen=True, eq=False)
 class ModelData:
     """A validated model in one representation.
 
@@ -108,6 +132,7 @@ class ModelData:
     g_blocks: tuple[tuple[str, int], ...]
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[Contact, ...]
+    compliances: tuple[Compliance, ...]
     outputs: tuple[tuple[str, ca.SX], ...]
     shapes: tuple[tuple[str, str, int], ...]
     places: ca.SX

@@ -10,7 +10,7 @@ from signorini.codegen.frontend import table
 from signorini.codegen.frontend.declarations import ContactDeclaration, Reaction
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
-from signorini.codegen.frontend.model_data import Contact, ModelData, Parameter
+from signorini.codegen.frontend.model_data import Compliance, Contact, ModelData, Parameter
 from signorini.codegen.frontend.operations import BY_NUMBER, PLUMBING
 from signorini.codegen.frontend.probes import (
     check_affine,
@@ -102,6 +102,7 @@ class _Freezer:
             g_blocks=tuple((name, len(e)) for name, e in model.constraints),
             gamma_blocks=tuple((name, len(e)) for name, e in model.velocity_constraints),
             contacts=tuple(self.contact(k, c) for k, c in enumerate(model.contacts)),
+            compliances=self.compliances(),
             outputs=tuple(
                 (name, self.scalar(f"output '{name}'", e, "tqvup")) for name, e in model.outputs
             ),
@@ -318,6 +319,23 @@ class _Freezer:
             **laws,
         )
 
+    def compliances(self) -> tuple[Compliance, ...]:
+        """The rows that yield: of constraints, then of contacts."""
+        found, row, declared = [], 0, self.model.compliances
+        blocks = [(name, len(rows), False) for name, rows in self.model.constraints]
+        blocks += [(name, len(rows), False) for name, rows in self.model.velocity_constraints]
+        blocks += [(c.name, 1, True) for c in self.model.contacts if c.g_N is not None]
+        for name, count, normal in blocks:
+            if name in declared:
+                laws = (
+                    self.coefficient(f"{law} of '{name}'", value, None)
+                    for law, value in zip(("compliance", "relaxation"), declared[name], strict=True)
+                )
+                yields = tuple(laws)
+                found += [Compliance(name, row + k, normal, *yields) for k in range(count)]
+            row += count
+        return tuple(found)
+
     def load(self, where: str, reaction: Reaction) -> tuple[int, int]:
         """First bilateral row and number of rows of a reaction."""
         first = 0
@@ -342,7 +360,8 @@ class _Freezer:
         if is_number(value):
             number = float(value)
             if not number >= 0 or (top is not None and number > top):
-                allowed = "a friction coefficient is >= 0" if top is None else "it lies in [0, 1]"
+                kind = equation.split(" of ", maxsplit=1)[0].replace("mu", "friction coefficient")
+                allowed = f"a {kind} is >= 0" if top is None else "it lies in [0, 1]"
                 raise ModelError(self.name, equation, f"is {number:g}", allowed.capitalize())
             if np.isfinite(number):
                 return ca.SX(number)

@@ -108,6 +108,13 @@ def velocity_form(data: ModelData, scheme: str, asked: str | None, events: str =
         raise ValueError(
             f"velocity_constraints {asked!r} is unknown; choose one of: {', '.join(known)}"
         )
+    if data.compliances and (name != "lobatto" or events == "located"):
+        what = f"scheme {scheme!r}" if name != "lobatto" else "events='located'"
+        raise ValueError(
+            f"model '{data.name}', {what}: '{data.compliances[0].name}' is compliant, and "
+            "compliance is part of the Lobatto scheme's captured steps alone. Use "
+            "scheme='lobatto' with events='captured', or write the spring as a potential."
+        )
     if events == "located":
         one_way = [c.name for c in data.contacts if c.one_way]
         if one_way:

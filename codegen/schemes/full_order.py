@@ -364,6 +364,8 @@ def _unfit(data: ModelData) -> str:
     """Why a model cannot have this form."""
     if data.contacts:
         return "it has contacts, and their impacts need events='located', which has this form"
+    if data.compliances:
+        return f"'{data.compliances[0].name}' is compliant"
     return "" if data.n_gamma else "it has no velocity constraints"
 
 

@@ -99,6 +99,7 @@ class Lobatto:
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
             *("guard", *(name for name, _ in COEFFICIENTS)),
+            *(("compliance", "relaxation") if self.d.data.compliances else ()),
         )
         return [
             self.point("stage", at_stage, ("p", "F", *_STAGE_ROWS, "rho")),
@@ -209,7 +210,7 @@ class Lobatto:
             record=self.record(),
             coefficients=self.tableau.arrays(),
             stable_phase=first_instability(self.s),
-            adaptive=not self.d.data.contacts and not self.d.data.n_gamma,
+            adaptive=not (self.d.data.contacts or self.d.data.n_gamma or self.d.data.compliances),
         )
 
     def problems(self) -> tuple[Problem, ...]:
@@ -275,9 +276,66 @@ class Lobatto:
                 dense("p", self.p_n, "p(t_n, q_n, v_n)"),
                 *(dense(name, opening[name], what) for name, what in COEFFICIENTS),
                 dense("guard", opening["guard"], "guards at (t_n, q_n)"),
+                *self.compliance(),
                 Target("no_R", self.n_R, (), True, "no percussions at the last stage"),
             ),
         )
+
+    # --- rows that yield: 0 <= y = g + tau dg/dt + c force, docs/theory.md ------------------------
+
+    def _yielding(self) -> list[tuple[int, int, ca.SX, ca.SX]]:
+        """Row among the percussions, row of g or g_N, c / h and tau of all that yield."""
+        d = self.d.data
+        rows = d.compliances
+        c, tau = (
+            ca.densify(self.opening.at(self.memory, Place("opening"), name)) if rows else ca.SX(0)
+            for name in ("compliance", "relaxation")
+        )
+        return [
+            (y.row, y.row - (self.n_b if y.normal else 0), c[k] / self.h, tau[k])
+            for k, y in enumerate(rows)
+        ]
+
+    def _slack(self, row: int) -> str:
+        return "g" if row < self.n_b else "g_N"
+
+    def own(self, i: int) -> dict[int, ca.SX]:
+        """dy/dR of the rows that yield, at stage i or, for i = s, at the end."""
+        h = self.h
+        if i == self.s:
+            return {row: c / (tau + h / 2) for row, _, c, tau in self._yielding()}
+        backward = h * float(self.tableau.c[i])
+        return {row: c / (1 + tau / backward) for row, _, c, tau in self._yielding()}
+
+    def compliance(self) -> tuple[Target, ...]:
+        """dy/dR row by row, of both problems."""
+        if not self.d.data.compliances:
+            return ()
+        rows = ca.SX.zeros(self.s * self.n_R, 1)
+        for i in range(1, self.s + 1):
+            for row, value in self.own(i).items():
+                rows[(i - 1) * self.n_R + row] = value
+        return (dense("compliance", rows, "dy/dR of the rows that yield  (T20), (T21)"),)
+
+    def _yield_at(self, i: int, y: dict[str, ca.SX]) -> None:
+        """y = g(Q^i) + (c R^{i-1} / h - tau g^- / (c_i h)) / (1 + tau / (c_i h))  (T20): the rate
+        is that since t_n, of a gap that since it closed."""
+        own = self.own(i)
+        backward = self.h * float(self.tableau.c[i])
+        for row, place, _, tau in self._yielding():
+            before = ca.densify(self.at(0, self._slack(row)))[place]
+            if row >= self.n_b:
+                before = ca.fmin(before, 0)
+            y[self._slack(row)][place] += own[row] * self.R(i - 1)[row]
+            y[self._slack(row)][place] -= tau / (backward + tau) * before
+
+    def _yield_in_the_end(self, g_dot: ca.SX, g_N_dot: ca.SX) -> None:
+        """y = g_dot + (g(q_{n+1}) + c Delta P / h) / (tau + h / 2)  (T21)."""
+        own = self.own(self.s)
+        for row, place, _, tau in self._yielding():
+            rate = g_N_dot if row >= self.n_b else g_dot
+            slack = ca.densify(self.at(self.s - 1, self._slack(row)))[place]
+            rate[place] += slack / (tau + self.h / 2) + own[row] * self.delta_P[row]
 
     def stage_points(self) -> Assembly:
         """Q^i = q_n + h sum_j a_ij V^j  (47a)."""
@@ -296,9 +354,12 @@ class Lobatto:
     def position_values(self) -> Assembly:
         s = self.s
         r = self.stage_momenta()
-        y, radius = [], []
+        y: list[ca.SX] = []
+        radius: list[ca.SX] = []
         for i in range(1, s):
-            y += [ca.densify(self.at(i, name)) for name in _STAGE_ROWS]
+            rows = {name: ca.densify(self.at(i, name)) for name in _STAGE_ROWS}
+            self._yield_at(i, rows)
+            y += rows.values()
             radius.append(ca.densify(self.at(i - 1, "rho")))
         return Assembly(
             "position_values",
@@ -348,6 +409,11 @@ class Lobatto:
             blocks(C_radius) if n_bounds else ca.SX(0, s * n),
             tuple(i * self.n_R + c for i in range(s - 1) for c in range(self.n_b)),
             ("K = [dr/dV, B; C, 0]", "B = dr/dR, column by column", "C = dy/dV", "d(radius)/dV"),
+            {
+                (i - 1) * self.n_R + row: value
+                for i in range(1, s)
+                for row, value in self.own(i).items()
+            },
         )
 
     def _A_block(self, i: int, k: int) -> ca.SX:
@@ -389,7 +455,9 @@ class Lobatto:
         if self.n_R:
             r = r - W @ last
         xi_N, xi_F = self._restitution()
-        y = ca.vertcat(end["g_dot"], end["gamma"], end["g_N_dot"] + xi_N, end["gamma_F"] + xi_F)
+        g_dot, g_N_dot = ca.densify(end["g_dot"]), ca.densify(end["g_N_dot"] + xi_N)
+        self._yield_in_the_end(g_dot, g_N_dot)
+        y = ca.vertcat(g_dot, end["gamma"], g_N_dot, end["gamma_F"] + xi_F)
         radius = ca.SX.zeros(d["rho"].numel(), 1)
         for j in range(s):
             radius += self.b(j) * ca.densify(self.at(j, "rho"))
@@ -434,6 +502,7 @@ class Lobatto:
             ca.SX(n_bounds, self.n),
             tuple(range(self.n_b)),
             ("K = [dp_{n+1}/dv_{n+1}, B; C, 0]", "B = -W, column by column", "C = W^T", ""),
+            self.own(self.s),
         )
 
     def finish(self) -> Assembly:

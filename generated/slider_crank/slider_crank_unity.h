@@ -60,6 +60,7 @@
 #undef SG_N_AXES
 #undef SG_N_BOUNDS
 #undef SG_N_CHAIN
+#undef SG_N_COMPLIANCE
 #undef SG_N_CONTACTS
 #undef SG_N_EVENTS
 #undef SG_N_EXPANDED
@@ -273,6 +274,8 @@
 #define sg_cold_start slider_crank_own_sg_cold_start
 #undef sg_commit
 #define sg_commit slider_crank_own_sg_commit
+#undef sg_compliance
+#define sg_compliance slider_crank_own_sg_compliance
 #undef sg_contact
 #define sg_contact slider_crank_own_sg_contact
 #undef sg_contact_rows
@@ -579,6 +582,8 @@
 #define sg_root_mass slider_crank_own_sg_root_mass
 #undef sg_row_dot
 #define sg_row_dot slider_crank_own_sg_row_dot
+#undef sg_row_percussion
+#define sg_row_percussion slider_crank_own_sg_row_percussion
 #undef sg_row_residual
 #define sg_row_residual slider_crank_own_sg_row_residual
 #undef sg_row_scales

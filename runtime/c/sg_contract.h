@@ -105,6 +105,17 @@ static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
     return slot + 1 < pr->n_slots || c < pr->last_rows;
 }
 
+/* How row k of the rows of all problems yields to its own percussion, besides the bodies. */
+static inline real sg_compliance(const SG(work) * w, int k) {
+#if SG_N_COMPLIANCE > 0
+    return w->compliance[k];
+#else
+    (void)w;
+    (void)k;
+    return SG_C(0.0);
+#endif
+}
+
 /* Percussion rows of a slot, at least one, for divisions. */
 #if SG_N_R > 0
 #define SG_ROWS_OF_SLOT SG_N_R

@@ -42,8 +42,8 @@ static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             if (sg_contacts[k].normal >= 0 && sg_is_place(sg_contacts[k].normal) &&
                 w->found.exists[k]) {
-                const real gap =
-                    w->found.y[pr->R + slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal];
+                const int row = pr->R + slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal;
+                const real gap = w->found.y[row] - sg_compliance(w, row) * w->R[row];
                 info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;
             }
         }
@@ -107,6 +107,11 @@ static int sg_prepare(SG(work) * w, const SG(params) * par, real t, real h) {
         }
         w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
         w->found.active[k] = w->found.exists[k];
+    }
+    for (k = 0; k < SG_N_COMPLIANCE; ++k) {
+        if (!sg_is_coefficient(sg_compliance(w, k), SG_HUGE)) {
+            return SG_K(BAD_ARGUMENT);
+        }
     }
     if (!sg_elliptic_begin(w)) {
         return SG_K(BAD_ARGUMENT);

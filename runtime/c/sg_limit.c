@@ -19,7 +19,8 @@ static sg_limit sg_limits(const SG(options) * opt) {
 /* |x| within the limit for `scale`, plus an absolute floor. NaN is not. */
 static inline int sg_small(real x, real scale, real floor, const sg_limit *limit) {
     const real bound = limit->share * scale + SG_CHECK_FLOORS * floor;
-    return SG_FABS(x) <= sg_max(bound, sg_min(limit->absolute, SG_CHECK_MOST * scale));
+    return SG_FABS(x) <=
+           sg_max(sg_max(bound, SG_TINY), sg_min(limit->absolute, SG_CHECK_MOST * scale));
 }
 
 /* Kinematic rows and percussions of one slot at the solution. */

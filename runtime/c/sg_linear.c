@@ -26,7 +26,8 @@ static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) 
     for (a = 0; a < n; ++a) {
         w->linear.y_0[a] = w->y[a] + sg_row_dot(&pr->C, w->C, a, w->smooth.dx);
         for (b = 0; b < n; ++b) {
-            w->system.S[b * n + a] = -sg_row_dot(&pr->C, w->C, a, &w->system.Z[b * pr->n_border]);
+            w->system.S[b * n + a] = -sg_row_dot(&pr->C, w->C, a, &w->system.Z[b * pr->n_border]) +
+                                     (a == b ? sg_compliance(w, pr->R + a) : SG_C(0.0));
             w->linear.y_0[a] -= w->system.S[b * n + a] * R[b];
         }
     }

@@ -79,6 +79,13 @@ static void sg_scales(SG(work) * w, int problem) {
     }
 }
 
+/* Percussion of row n that moves it as far as that of a rigid row would: what yields pushes less.
+ */
+static inline real sg_row_percussion(const SG(work) * w, const sg_problem *pr, int n) {
+    const real rigid = w->scales.percussion_scale[n % SG_ROWS_OF_SLOT];
+    return rigid * sg_max(SG_C(1.0) - w->scales.r_auto[n] * sg_compliance(w, pr->R + n), SG_SMALL);
+}
+
 /* Scales and rounding floors of the percussion rows of one problem. */
 static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
     const sg_problem *pr = &sg_problems[problem];
@@ -102,7 +109,7 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
             w->scales.rounding[n] = below;
             w->scales.phi_floor[n] = floor;
             /* bounded, so that a row without any scale is solved by 0 alone */
-            tolerance = floor + tol * (w->scales.percussion_scale[c] + floor);
+            tolerance = floor + tol * (sg_row_percussion(w, pr, n) + floor);
             w->scales.phi_inverse[n] = tolerance > SG_TINY ? SG_C(1.0) / tolerance : SG_HUGE;
         }
     }
@@ -119,6 +126,7 @@ static void sg_prox_parameters(SG(work) * w, const SG(options) * opt, int proble
         for (c = 0; c < SG_N_R; ++c) {
             const int k = slot * SG_N_R + c;
             w->scales.r_auto[k] = w->masses.m_eff[c] * (sg_is_gap(pr, slot, c) ? gap : velocity);
+            w->scales.r_auto[k] /= SG_C(1.0) + w->scales.r_auto[k] * sg_compliance(w, pr->R + k);
             w->scales.prox_r[k] = w->scales.r_auto[k];
             if (opt->r > SG_C(0.0) && c >= SG_NORMAL) {
                 /* the user's, with the shape of the set of friction */

@@ -68,6 +68,7 @@ static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a)
         const real dy = sg_row_dot(&pr->C, w->C, row, &w->system.Z[b * pr->n_border]);
         w->system.S[b * n + a] = -(weight * w->system.root_scale[b]) * dy;
     }
+    w->system.S[a * n + a] += weight * w->system.root_scale[a] * sg_compliance(w, pr->R + row);
 }
 
 /* Row a of the reduced system, slip row c of a slot, where its contact slips. */

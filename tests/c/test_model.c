@@ -103,7 +103,7 @@ static double contact_row(const m_work *w, const sg_problem *pr, int k, const do
         return dR[k];
     }
     for (i = 0; i < n_rows; ++i) {
-        dy[i] = sg_row_dot(&pr->C, w->C, i, dx);
+        dy[i] = sg_row_dot(&pr->C, w->C, i, dx) + sg_compliance(w, pr->R + i) * dR[i];
     }
     sum = sg_phi_change(w, pr, k, dy, sg_bound_change(w, pr, k, dx), -1);
     for (i = 0; i < n_rows; ++i) {

@@ -181,7 +181,8 @@ static void test_inconsistent_starts(void) {
     before = state;
     work.trial = state;
     sg_begin(&work, &par, t, 0.01);
-    for (c = 0; c < SG_N_G; ++c) {
+    /* what yields may be compressed */
+    for (c = 0; c < SG_N_G && SG_N_COMPLIANCE == 0; ++c) {
         /* along the gradient by 1e-3 */
         double moved[SG_N_Q];
         for (j = 0; j < SG_N_Q; ++j) {
@@ -193,7 +194,7 @@ static void test_inconsistent_starts(void) {
         sg_fill(SG_N_Q, 1e300, moved);
         ENSURE(m_init(&state, &par, &opt, t, moved, v) != M_OK);
     }
-    for (c = 0; c < SG_NORMAL; ++c) {
+    for (c = 0; c < SG_NORMAL && SG_N_COMPLIANCE == 0; ++c) {
         double moved[SG_N_Q];
         for (j = 0; j < SG_N_Q; ++j) {
             direction(c, row);
