@@ -2,8 +2,8 @@
 
 Closed form of a jump straight down: with the fall l - y_0 before the rope is taut and the sag
 m g c of the jumper at rest, the rope is stretched by m g c + sqrt((m g c)^2 + 2 m g c (l - y_0)) at
-most, and the jumper comes back to where the jump began. Seen: a rope that is slack or taut, with a compliance in place of an
-impact.
+most, and the jumper comes back to where the jump began. Seen: a rope that is slack or taut, with a
+compliance in place of an impact.
 """
 
 import signorini as sg
