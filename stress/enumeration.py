@@ -71,6 +71,8 @@ def examine(stepper: Stepper, step: FailedStep) -> Verdict:
         From ``StepError.step`` or a replay file.
     """
     m = stepper.manifest
+    if m["compliant"]:
+        return Verdict("not examined: only rigid contacts are")
     if any(c["components"] > 1 or c["normal"] < 0 or c["one_way"] for c in m["contacts"]):
         return Verdict("not examined: only contacts with planar friction are")
     return _Examination(stepper, step).run()

@@ -5,6 +5,7 @@ the laws (52), (56)-(58) are looked at one by one.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from signorini.runtime.trajectory import Trajectory
@@ -125,7 +126,47 @@ class _Contacts:
             if c["presser"] >= 0:
                 self.closed[:, k] = self.closed[:, c["presser"]]
         self.unilateral = np.flatnonzero(unilateral)
-        self.places = [k for k in self.unilateral if not self.rows[k]["one_way"]]
+        self.yields = self._yielding(start)
+        self.places = [
+            k for k in self.unilateral if not self.rows[k]["one_way"] and k not in self.yields
+        ]
+
+    def _yielding(self, start: tuple[Any, ...]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Compliance and relaxation in every step of the contacts that yield."""
+        compliant = self.traj.stepper.manifest["compliant"]
+        if not compliant:
+            return {}
+        c, tau = (self.traj.stepper.evaluate(name, *start) for name in ("compliance", "relaxation"))
+        names = [row["name"] for row in self.rows]
+        return {
+            names.index(name): (c[:, j], tau[:, j])
+            for j, name in enumerate(compliant)
+            if name in names
+        }
+
+    def _gaps(self, k: int, at: np.ndarray) -> np.ndarray:
+        """The gap of contact k at the stages 2 ... s, or what its compliance leaves of it (T20)."""
+        n = self.rows[k]["normal"]
+        gaps = self.g_N[at, 1:, n]
+        if k not in self.yields:
+            return gaps
+        c, tau = (x[at, None] for x in self.yields[k])
+        back = (self.traj.t_stage[at, 1:] - self.traj.t_stage[at, :1]) / tau.clip(1e-300)
+        before = np.minimum(self.g_N[at, :1, n], 0)
+        law = gaps + (gaps - before) / back + c * self.traj.R_N[at, :-1, n] / self.h
+        return law / (1 + 1 / back)
+
+    def _rates(self, k: int, at: np.ndarray) -> np.ndarray:
+        """xi_N of contact k, or what its compliance makes of it (T21)."""
+        n = self.rows[k]["normal"]
+        before, after = self.traj.g_N_dot[:-1][at, n], self.traj.g_N_dot[1:][at, n]
+        if self.rows[k]["one_way"]:
+            before = np.minimum(before, 0)
+        if k not in self.yields:
+            return after + self.e_N[at, k] * before
+        c, tau = (x[at] for x in self.yields[k])
+        place = self.g_N[at, -1, n] + c * self.traj.P_N[1:][at, n] / self.h
+        return after + place / (tau + self.h / 2)
 
     def states(self) -> np.ndarray:
         """0 open, 1 sticks, 2 slips: at the end of every step."""
@@ -177,14 +218,11 @@ class _Contacts:
             at = self.exists[:, k] & self.whole
             n = self.rows[k]["normal"]
             time = 1.0 if self.rows[k]["one_way"] else self.h
-            gap = self.g_N[at, 1:, n] / (time * self.speed)
+            gap = self._gaps(k, at) / (time * self.speed)
             R = self.traj.R_N[at, :-1, n] / self.R_top
             worst = max(worst, _complementary(gap, R))
-            before, after = self.traj.g_N_dot[:-1][at, n], self.traj.g_N_dot[1:][at, n]
             P = self.traj.P_N[1:][at, n]
-            if self.rows[k]["one_way"]:
-                before = np.minimum(before, 0)
-            xi = (after + self.e_N[at, k] * before) / self.speed
+            xi = self._rates(k, at) / self.speed
             worst = max(worst, _complementary(np.where(P > 0, xi, 1.0), P / self.P_top))
         return worst
 
@@ -239,7 +277,7 @@ class _Contacts:
         count = 0
         for k in self.unilateral:
             n = self.rows[k]["normal"]
-            if np.any(self.e_N[:, k] > 0):
+            if np.any(self.e_N[:, k] > 0) or k in self.yields:
                 continue
             rate = self.traj.g_N_dot[1:, n]
             bad = (self.traj.P_N[1:, n] > 0) & (rate < -_APPROACH * self.speed)

@@ -8,6 +8,7 @@ import sympy as sp
 from signorini.bodies import Planar, Round, Spatial, inertia
 from signorini.models import (
     atwood,
+    bungee,
     freewheel,
     rattling_gears,
     roller,
@@ -273,6 +274,45 @@ def squeal(rng: Rng) -> Case:
     return Case(_power(rng, 1e-4, 1e-2), None, [rng.normal(), 0], par)
 
 
+# --- contacts and joints that yield ---------------------------------------------------------------
+
+
+def crate() -> sg.Model:
+    """A crate with compliant feet slides on a floor and against a compliant wall."""
+    m = sg.Model("crate")
+    a, b, mu, c, c_wall, tau = m.parameters(a=0.3, b=0.2, mu=0.5, c=1e-5, c_wall=1e-4, tau=0.0)
+    world = Planar(m, gravity=(0, -G))
+    body = world.body("crate", 2.0, (a**2 + b**2) / 6 * 2, coordinates="x y phi")
+    floor = world.plane(world.ground.point(0, 0))
+    wall = world.plane(world.ground.point(1, 0), (-1, 0))
+    laws = {"mu": mu, "relaxation": tau}
+    for name, side in (("left", -1), ("right", 1)):
+        foot = body.point(side * a / 2, -b / 2)
+        world.contact(f"{name}_foot", foot, floor, compliance=c * (2 + side), **laws)
+    for name, side in (("lower", -1), ("upper", 1)):
+        corner = body.point(a / 2, side * b / 2)
+        world.contact(f"{name}_corner", corner, wall, compliance=c_wall, **laws)
+    m.initial_state(q={"y": 0.1})
+    return m
+
+
+def crate_thrown(rng: Rng) -> Case:
+    par = {
+        "mu": rng.uniform(0, 2), "c": _power(rng, 1e-12, 1e-2), "c_wall": _power(rng, 1e-12, 1e-2),
+        "tau": float(rng.choice([0.0, _power(rng, 1e-5, 1)])),
+    }  # fmt: skip
+    q = [rng.uniform(0, 0.8), rng.uniform(0.1, 0.4), rng.normal() * 0.3]
+    return Case(_power(rng, 1e-3, 2e-2), q, rng.normal(size=3) * [3, 2, 6], par)
+
+
+def jump(rng: Rng) -> Case:
+    par = {
+        "mass": _power(rng, 1e-2, 1e3), "compliance": _power(rng, 1e-9, 1e-1),
+        "relaxation": float(rng.choice([0.0, _power(rng, 1e-4, 1)])), "length": 2.0,
+    }  # fmt: skip
+    return Case(_power(rng, 5e-3, 3e-2), None, rng.normal(size=2) * [5, 2], par)
+
+
 LAWS = (
     Scene("roller_falls", "rolling resistance on a slope", roller.model, roller_falls, 200, 2),
     Scene("roller_wedged", "rolling resistance on two walls", groove, roller_wedged, 200, 2),
@@ -289,6 +329,8 @@ LAWS = (
     Scene("gears", "play, inertias 1e-3 ... 1e3", rattling_gears.model, gears_rattle, 200, 2),
     Scene("gear_train", "three gears with play and a brake", train, train_braked, 200, 2),
     Scene("squeal", "friction that falls with the slip", stribeck_oscillator.model, squeal, 200, 2),
+    Scene("crate", "compliant feet and wall, c 1e-12 ... 1e-2", crate, crate_thrown, 200, 2),
+    Scene("bungee", "elastic rope, c 1e-9 ... 1e-1", bungee.model, jump, 200, 2),
 )
 # Self-locking between a rail and a floor: steps that fail here cannot be examined.
 LOCKED = (

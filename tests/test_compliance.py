@@ -38,6 +38,7 @@ def test_hookes_contact(stepper: Build, stages: int) -> None:
         left = np.flatnonzero(run.q[:, 0] > 0)[0]
         over = run.q[left, 0] / run.v[left, 0]
         found.append([run.v[-1, 0], -run.q[:, 0].min(), run.t[left] - over])
+        assert run.smallest_gap.min() == pytest.approx(run.q[:, 0].min(), rel=1e-9)
     exact = np.array([1, np.sqrt(2e-5), time])
     errors = np.array(found) / exact - 1
     # velocity and compression are of first order, the time even of second
