@@ -213,6 +213,50 @@ static void test_newton_direction(void) {
     }
 }
 
+/* Responses of the linearised rows to percussions, whose velocities follow, against differences. */
+static void test_linearised(void) {
+    static double dR[ROWS], y_plus[ROWS], x_old[SG_N_X_TOTAL], R_old[ROWS];
+    const double eps = 1e-6;
+    int trial, problem, way, i, k, b;
+    for (trial = 0; trial < 20; ++trial) {
+        draw_start();
+        open_step(0.02);
+        for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
+            const sg_problem *pr = &sg_problems[problem];
+            const int n_rows = pr->n_slots * SG_N_R;
+            draw_unknowns(problem);
+            ENSURE(sg_linearise(&work, &par, &opt, problem));
+            sg_copy(pr->n_x, &work.x[pr->x], x_old);
+            sg_copy(n_rows, &work.R[pr->R], R_old);
+            for (k = 0; k < n_rows; ++k) {
+                dR[k] = uniform();
+            }
+            for (way = 1; way >= -1; way -= 2) {
+                sg_copy(pr->n_x, x_old, &work.x[pr->x]);
+                for (b = 0; b < n_rows; ++b) {
+                    work.R[pr->R + b] = R_old[b] + way * eps * dR[b];
+                    for (i = 0; i < pr->n_x; ++i) {
+                        work.x[pr->x + sg_table[pr->K.order + i]] -=
+                            way * eps * work.system.Z[b * pr->n_border + i] * dR[b];
+                    }
+                }
+                sg_evaluate(&work, &par, &opt, problem);
+                if (way > 0) {
+                    sg_copy(n_rows, work.y, y_plus);
+                }
+            }
+            for (k = 0; k < n_rows; ++k) {
+                const double slope = (y_plus[k] - work.y[k]) / (2.0 * eps);
+                double sum = 0.0;
+                for (b = 0; b < n_rows; ++b) {
+                    sum += work.system.S[b * n_rows + k] * dR[b];
+                }
+                ENSURE(fabs(slope - sum) <= 1e-5 * (1.0 + fabs(slope)));
+            }
+        }
+    }
+}
+
 /* Elimination with the border, without it, and with exchange of rows give the same direction. */
 static void test_eliminations_agree(void) {
     static double dx[SG_N_X_TOTAL], dR[ROWS];
@@ -548,6 +592,7 @@ int main(void) {
     opt.max_halvings = 4;
     test_newton_matrix();
     test_newton_direction();
+    test_linearised();
     test_eliminations_agree();
     test_ends();
     test_last_attempt();
