@@ -174,6 +174,7 @@ SLOWER = re.compile(
             r"test_poisson.py::test_what_check_says_of_poisson.*options[02]",
             r"test_laws.py::test_coefficients_at_the_stages_are_checked\[options[023]",
             r"test_collection.py::test_runs_to_its_horizon\[(atwood|freewheel|kanes|rat|screw|servo|str)",
+            r"test_collection.py::test_runs_to_its_horizon\[bicycle",
         )
     )
 )
