@@ -277,6 +277,7 @@ def _located_orders(study: Study, plt: Any) -> Any:
     columns = min(4, len(texts))
     rows = -(-len(texts) // columns)
     fig, axes = _axes(plt, rows, columns, (4 * columns, 3.8 * rows))
+    smallest = min(e for c in study.curves.values() for e in c["q"] if e > 0)
     for axis, text in zip(axes.flat, texts, strict=False):
         for name in (n for n in study.curves if n.startswith(f"{text}: ")):
             s, c = _stages(name), study.curves[name]
@@ -286,7 +287,7 @@ def _located_orders(study: Study, plt: Any) -> Any:
                 label=f"{'located' if is_located else 'captured'}, s = {s}",
             )  # fmt: skip
         axis.xaxis.set_minor_formatter("")
-        axis.set_ylim(1e-20, 10)
+        axis.set_ylim(max(1e-20, smallest / 3), 10)
         axis.set_xlabel("Δt [s]")
         axis.set_title(text, fontsize=10)
     for axis in axes[:, 0]:
@@ -333,6 +334,7 @@ FIGURES: dict[str, Callable[[Study, Any], Any]] = {
     "moreau": _moreau,
     "high orders": _high_orders,
     "located orders": _located_orders,
+    "law orders": _located_orders,
     "located": _located,
     "tolerances": _tolerances,
 }

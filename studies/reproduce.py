@@ -9,6 +9,7 @@ from signorini.runtime.compile import describe_machine
 from signorini.studies import (
     figures,
     invariants,
+    law_orders,
     limits,
     located,
     located_orders,
@@ -23,6 +24,7 @@ STUDIES: dict[str, Callable[..., Study]] = {
     **limits.STUDIES,
     **invariants.STUDIES,
     **located_orders.STUDIES,
+    **law_orders.STUDIES,
     **located.STUDIES,
     **tolerances.STUDIES,
 }

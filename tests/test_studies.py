@@ -12,6 +12,7 @@ from signorini.codegen.frontend.errors import GenerationError
 from signorini.studies import (
     figures,
     invariants,
+    law_orders,
     limits,
     located,
     located_orders,
@@ -41,6 +42,9 @@ REDUCED = {
     "located orders": lambda: located_orders.orders(
         scenes=located_orders.SCENES[:2], stages=(2, 3, 5)
     ),
+    "law orders": lambda: law_orders.orders(
+        scenes=tuple(s for s in law_orders.SCENES if s.text in ("pressed by a contact", "one way"))
+    ),
     "located": lambda: located.located(bounces=1000, frequencies=19),
     "tolerances": lambda: tolerances.wishes(
         scenes={"conveyor_oscillator": 10.5}, asked=(1e-4, 1e-6), stages=(3,), steps=1000
@@ -48,7 +52,7 @@ REDUCED = {
 }
 
 
-LONG = {"full order", "located orders", "located", "tolerances"}
+LONG = {"full order", "located orders", "law orders", "located", "tolerances"}
 
 
 @pytest.mark.parametrize(
