@@ -125,7 +125,7 @@ class _Contacts:
         for k, c in enumerate(self.rows):
             if c["presser"] >= 0:
                 self.closed[:, k] = self.closed[:, c["presser"]]
-        self.unilateral = np.flatnonzero(unilateral)
+        self.unilateral = [int(k) for k in np.flatnonzero(unilateral)]
         self.yields = self._yielding(start)
         self.places = [
             k for k in self.unilateral if not self.rows[k]["one_way"] and k not in self.yields
