@@ -5,12 +5,16 @@ the other at each stage. For each combination the equations of the step, lineari
 flight, are solved; combinations that violate no inequality by more than the curvature of a step can
 explain are solved as they are, by Newton's method. If none holds the step has no solution near its
 start; that is the only proof of it.
+
+Friction that one row of a constraint presses sticks or slips either way, and the row pulls or
+pushes: with such friction all combinations are solved as they are.
 """
 
 import ctypes
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -73,7 +77,10 @@ def examine(stepper: Stepper, step: FailedStep) -> Verdict:
     m = stepper.manifest
     if m["compliant"]:
         return Verdict("not examined: only rigid contacts are")
-    if any(c["components"] > 1 or c["normal"] < 0 or c["one_way"] for c in m["contacts"]):
+    if any(
+        c["components"] > 1 or c["one_way"] or (c["normal"] < 0 and c["loads"] != 1)
+        for c in m["contacts"]
+    ):
         return Verdict("not examined: only contacts with planar friction are")
     return _Examination(stepper, step).run()
 
@@ -99,6 +106,8 @@ class _Examination:
             self.exists = ~guarded | (guard >= 0)
         M = stepper.evaluate("p_v", state["t"], q, self.at["v"], parameters=par)
         self.weight = np.sqrt(np.abs(np.diag(M)) / max(np.abs(np.diag(M)).max(), 1e-300))
+        self.loaded = [k for k, c in enumerate(self.contacts) if c["loads"]]
+        self.pulls: dict[tuple[int, int], float] = {}  # by slot and element, the sign of its load
         self.tried = 0
         self.speed = float(np.abs(state["v"]).max())
 
@@ -158,9 +167,12 @@ class _Examination:
         return [
             k
             for k, c in enumerate(self.contacts)
-            if self.exists[k]
-            and at_start[c["normal"]] <= far[c["normal"]]
-            and gaps[:, self.normal + c["normal"]].min() <= near[c["normal"]]
+            if k in self.loaded
+            or (
+                self.exists[k]
+                and at_start[c["normal"]] <= far[c["normal"]]
+                and gaps[:, self.normal + c["normal"]].min() <= near[c["normal"]]
+            )
         ]
 
     def active(self, x: np.ndarray, lam: np.ndarray, near: list[int]) -> list[int]:
@@ -169,7 +181,11 @@ class _Examination:
         R = lam[: y.size].reshape(y.shape)
         rows = [(k, self.normal + self.contacts[k]["normal"]) for k in near]
         floor = 1e-12 * (1 + np.abs(self.at["q"]).max())
-        return [k for k, n in rows if np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))]
+        return [
+            k
+            for k, n in rows
+            if k in self.loaded or np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))
+        ]
 
     # --- combinations ----------------------------------------------------------------------------
 
@@ -180,18 +196,40 @@ class _Examination:
         slots = self.places(name)[1]
         spots = [(i, k) for i in range(slots) for k in near]
         choices = [
-            (OPEN, STICK, FORTH, BACK)
+            (STICK, FORTH, BACK)
+            if k in self.loaded
+            else (OPEN, STICK, FORTH, BACK)
             if self.contacts[k]["components"] and self.mu[k] > 0
             else (OPEN, FORTH)
             for _, k in spots
         ]
-        for combination in self.sift(name, x, lam, spots, choices):
+        for combination in self.combinations(name, x, lam, spots, choices):
             kinds = np.full((slots, len(self.contacts)), OPEN)
             for (i, k), kind in zip(spots, combination, strict=True):
                 kinds[i, k] = kind
             solved = self.newton(name, x, lam, kinds)
             if solved is not None and self.admissible(name, *solved, kinds, near):
                 yield solved
+
+    def combinations(
+        self,
+        name: str,
+        x: np.ndarray,
+        lam: np.ndarray,
+        spots: list[tuple[int, int]],
+        choices: Sequence[tuple[int, ...]],
+    ) -> Iterator[tuple[int, ...]]:
+        """Combinations to be solved: what is left of the linearised problem or, with friction under
+        load, all, each for both signs of every load."""
+        if not self.loaded:
+            yield from self.sift(name, x, lam, spots, choices)
+            return
+        places = [(i, k) for i, k in spots if k in self.loaded]
+        for signs in product((1.0, -1.0), repeat=len(places)):
+            self.pulls = dict(zip(places, signs, strict=True))
+            for combination in product(*choices):
+                self.tried += 1
+                yield combination
 
     def sift(
         self,
@@ -312,7 +350,7 @@ class _Examination:
         """Percussions of open contacts vanish exactly; least squares leave round-off."""
         for i, states in enumerate(kinds):
             for k, contact in enumerate(self.contacts):
-                if states[k] == OPEN:
+                if states[k] == OPEN and contact["normal"] >= 0:
                     force[i * self.n_R + self.normal + contact["normal"]] = 0
 
     def _rows(
@@ -338,17 +376,24 @@ class _Examination:
         for c in range(self.normal):
             kinematic(c)
         for k, contact in enumerate(self.contacts):
-            n = self.normal + contact["normal"]
-            (zero if kinds[k] == OPEN else kinematic)(n)
+            n, sign = self._pressing(i, k)
+            if k not in self.loaded:
+                (zero if kinds[k] == OPEN else kinematic)(n)
             if contact["components"]:
                 f = self.slip + contact["friction"]
                 if kinds[k] == STICK:
                     kinematic(f)
                 else:
                     zero(f)
-                    sign = {OPEN: 0.0, FORTH: 1.0, BACK: -1.0}[int(kinds[k])]
+                    sign *= {OPEN: 0.0, FORTH: 1.0, BACK: -1.0}[int(kinds[k])]
                     rows[base + f, n_x + base + n] = sign * self.mu[k]
                     value[base + f] += sign * self.mu[k] * force[base + n]
+
+    def _pressing(self, i: int, k: int) -> tuple[int, float]:
+        """Row that presses friction k in a slot, and the sign with which it does."""
+        if k in self.loaded:
+            return self.contacts[k]["load"], self.pulls.get((i, k), 1.0)
+        return self.normal + self.contacts[k]["normal"], 1.0
 
     def admissible(
         self, name: str, x: np.ndarray, lam: np.ndarray, kinds: np.ndarray, near: list[int]
@@ -366,14 +411,14 @@ class _Examination:
                 contact = self.contacts[k]
                 if not self.exists[k]:
                     continue
-                n, f = self.normal + contact["normal"], self.slip + contact["friction"]
+                (n, sign), f = self._pressing(i, k), self.slip + contact["friction"]
                 if kinds[i, k] == OPEN and y[i, n] < -_TIGHT * length:
                     return False
-                if kinds[i, k] != OPEN and R[i, n] < -_TIGHT * force:
+                if kinds[i, k] != OPEN and sign * R[i, n] < -_TIGHT * force:
                     return False
                 if not contact["components"]:
                     continue
-                radius = self.mu[k] * max(R[i, n], 0)
+                radius = self.mu[k] * max(sign * R[i, n], 0)
                 if kinds[i, k] == STICK and abs(R[i, f]) > radius + _TIGHT * force:
                     return False
                 if kinds[i, k] == FORTH and self.mu[k] > 0 and y[i, f] < -_TIGHT * speed:
