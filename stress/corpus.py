@@ -414,7 +414,7 @@ CORPUS = (
     Scene("hill", "lifts off a slope and lands", slope.model, hill, 200, 3),
     *LAWS,
 )  # fmt: skip
-# Wedged in space or under load: steps that fail here cannot be examined. They run only when named.
+# Wedged in space, where failed steps cannot be examined, or under load. They run only when named.
 BEYOND = (
     Scene("chute", "prism falls into a chute", prism_in_chute.model, chute, 150, 2),
     Scene("chute_locked", "about self-locking", prism_in_chute.model, chute_locked, 60, 2),

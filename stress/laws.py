@@ -332,7 +332,7 @@ LAWS = (
     Scene("crate", "compliant feet and wall, c 1e-12 ... 1e-2", crate, crate_thrown, 200, 2),
     Scene("bungee", "elastic rope, c 1e-9 ... 1e-1", bungee.model, jump, 200, 2),
 )
-# Self-locking between a rail and a floor: steps that fail here cannot be examined.
+# Self-locking between a rail and a floor.
 LOCKED = (
     Scene("ladder_locked", "rail and floor, about self-locking", ladder, ladder_locks, 150, 3),
 )

@@ -23,6 +23,7 @@ from signorini.stress.campaign import case_of, run_case, run_scene, stepper_of
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
+from signorini.stress.laws import ladder
 
 WHOLE = RunOptions(max_halvings=0)  # no substeps
 
@@ -335,6 +336,28 @@ def test_enumeration_finds_what_the_solver_finds(stages: int, stepper: Build) ->
         np.testing.assert_allclose(verdict.x[-3:], there["v"], rtol=1e-8, atol=1e-9)
         closed += bool(np.any(np.array(there["P"][:4]) > 0))
     assert closed > 8
+
+
+def test_friction_under_load_is_examined(stepper: Build) -> None:
+    """A ladder between a rough rail and a rough floor; without load the rail does not rub."""
+    compiled = stepper(ladder, 2)
+    rng = np.random.default_rng(5)
+    rubs = 0
+    for _ in range(25):
+        phi = rng.uniform(0.5, 2.5)
+        q = np.array([np.cos(phi) / 2, np.sin(phi) / 2, phi])
+        omega = rng.normal() * 3
+        v = np.array([-q[1] * omega, q[0] * omega, omega])
+        par = {"mu_rail": rng.uniform(0, 0.5), "mu": rng.uniform(0, 0.3)}
+        step = pretended(compiled, 0.0, q, v, **par)
+        verdict = examine(compiled, step)
+        assert verdict.text == "solution found"
+        assert verdict.x is not None
+        there = take_again(compiled, step)
+        assert there["status"] == "OK"
+        np.testing.assert_allclose(verdict.x[-3:], there["v"], rtol=1e-8, atol=1e-9)
+        rubs += abs(there["P"][0]) > 0
+    assert rubs > 12
 
 
 def test_no_solution_is_proven_and_reported(stepper: Build, tmp_path: Path) -> None:
