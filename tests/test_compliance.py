@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from signorini.models import bungee
+from signorini.runtime.stability import stable_step
 from trap_models import yielding
 
 Build = Callable[..., sg.Stepper]
@@ -144,6 +145,20 @@ def test_a_bungee_jump(stepper: Build) -> None:
     pull = run["rope.force_N"]
     assert pull[1:][~taut[1:] & ~taut[:-1]].max() == 0
     assert pull.max() == pytest.approx((deepest - 20) / 5e-3, rel=2e-3)
+
+
+@pytest.mark.thorough
+def test_a_joint_that_yields_does_not_hide_an_oscillation() -> None:
+    """A stiff potential along a compliant row limits the step, along a rigid one it does not."""
+    for compliance, limit in ((1e-9, 2 / np.sqrt(5e4)), (None, np.inf)):
+        m = sg.Model("m")
+        x, y = m.coordinates("x y")
+        m.lagrangian = sum(v**2 for v in m.velocities) / 2 - 2.5e4 * x**2
+        m.constraint("joint", x - 0 * y, compliance=compliance)
+        m.initial_state(q=[0, 0])
+        made = sg.build(m, stages=2)
+        h = stable_step(made, *made.initial_state(), None, {})
+        assert h == pytest.approx(limit, rel=1e-3)
 
 
 def test_batches_and_parameters(stepper: Build) -> None:

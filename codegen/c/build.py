@@ -311,8 +311,8 @@ class _Builder:
             consistency=self.writer.consistency(),
             bilateral=self.writer.of_place(
                 "bilateral_directions",
-                ca.vec(ca.densify(ca.horzcat(self.d["W_g"], self.d["W_gamma"]))),
-                "W_g, W_gamma by columns",
+                ca.vec(self.d.rigid_directions),
+                "W_g, W_gamma by columns; zero where a row yields",
             ),
             initial_state=self.writer.initial_state(),
             index_type=_index_type(tables),

@@ -291,6 +291,15 @@ class Derivation:
     def _e_F(self) -> ca.SX:
         return self._column([c.e_F for c in self.data.contacts])
 
+    @property
+    def rigid_directions(self) -> ca.SX:
+        """W_g and W_gamma, without those of rows that yield."""
+        W = ca.densify(ca.horzcat(self["W_g"], self["W_gamma"]))
+        for c in self.data.compliances:
+            if not c.normal:
+                W[:, c.row] = 0
+        return W
+
     def _compliance(self) -> ca.SX:
         return self._column([c.compliance for c in self.data.compliances])
 

@@ -1186,7 +1186,7 @@ static void slider_crank_bilateral_directions(
     const real w3 = 0.5 * (l_2 * cos(phi_2));
     (void)(t);
 
-    /* W_g, W_gamma by columns */
+    /* W_g, W_gamma by columns; zero where a row yields */
     out[0] = 1.0;
     out[1] = 0.0;
     out[2] = w0;
