@@ -114,6 +114,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("spin counts like slip", "runtime/c/sg_law_elliptic.c", "const real share = rubs ? w->mu_F[f + d] / w->mu[k] : SG_C(1.0);", "const real share = rubs && d < 2 ? w->mu_F[f + d] / w->mu[k] : SG_C(1.0);"),
     Mutant("the expansion gives back twice", "runtime/c/sg_poisson.c", "w->expansion.back[contact->normal] = w->e_N[k] * C;", "w->expansion.back[contact->normal] = SG_C(2.0) * w->e_N[k] * C;"),
     Mutant("the expansion forgets the friction of the compression", "runtime/c/sg_poisson.c", "w->R[pr->R + base + SG_SLIP + contact->friction + d];", "SG_C(0.0);"),
+    Mutant("loads only push where steps are examined", "stress/enumeration.py", "product((1.0, -1.0), repeat", "product((1.0,), repeat"),
     Mutant("what yields is rigid in Newton's matrix", "runtime/c/sg_system.c", "root_scale[a] * sg_compliance", "0 * sg_compliance"),
     Mutant("a path forgets compliances", "runtime/c/sg_linear.c", "(a == b ? sg_compliance", "(a > n ? sg_compliance"),
     Mutant("bilateral rows do not yield in K", "codegen/program.py", "yields[k, k] = own[row]", "yields[k, k] = 0 * own[row]"),

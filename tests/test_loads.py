@@ -57,6 +57,35 @@ def test_a_bead_stops_on_a_rough_hoop(stepper: Build) -> None:
     assert errors[1] < 1e-5
 
 
+def slider() -> sg.Model:
+    """A slide on a dry rail, pulled by a slanted force, and a hinge at its end that is dry, too."""
+    m = sg.Model("slider")
+    x, y, a, b, _ = m.coordinates("x y a b phi")
+    v_x, v_y, v_a, v_b, omega = m.velocities
+    mass, pull, up, mu, nu = m.parameters(mass=2.0, pull=30.0, up=12.0, mu=0.3, nu=0.01)
+    m.lagrangian = mass * (v_x**2 + v_y**2 + v_a**2 + v_b**2) / 2 + omega**2 / 200
+    m.lagrangian -= mass * G * (y + b)
+    m.force({"x": pull, "y": up})
+    m.constraint("rail", y)
+    m.constraint("hinge", [a - x, b - y])
+    m.friction("rub", gamma_F=v_x, bound=mu * m.reaction("rail"))
+    m.friction("dry", gamma_F=omega, bound=nu * m.reaction("hinge"))
+    m.initial_state(q=[0] * 5, v=[1, 0, 1, 0, 20])
+    return m
+
+
+@pytest.mark.parametrize("up", [12.0, 60.0])
+def test_a_slider_between_dry_joints(stepper: Build, up: float) -> None:
+    """Rail and hinge carry what balance says, the rail pulls down once the force lifts both bodies:
+    a = (F - mu |2 m g - U|) / 2 m, and the wheel on the hinge loses nu m |(a, g)| / J a second."""
+    run = stepper(slider, 2).simulate(dt=1e-2, t_end=0.2, parameters={"up": up})
+    a = (30 - 0.3 * abs(4 * G - up)) / 4
+    assert np.sign(4 * G - up) == (1 if up < 30 else -1)
+    assert run.v[-1, 0] == pytest.approx(1 + a * 0.2, rel=1e-12)
+    assert run["hinge.force"][-1] == pytest.approx([2 * a, 2 * G], rel=1e-10)
+    assert run.v[-1, 4] == pytest.approx(20 - 0.01 * 2 * np.hypot(a, G) * 100 * 0.2, rel=1e-12)
+
+
 def capstan(pins: int, mu: float = 0.3) -> sg.Model:
     """A cord of stiff links, bent over pins on half a circle; friction is bounded by the pins."""
     m = sg.Model("capstan")
