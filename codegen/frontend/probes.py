@@ -231,13 +231,14 @@ def _check_coefficients(data: ModelData, start: Sequence[Any]) -> None:
     """Raise if a coefficient of a law is out of its range at the initial state."""
     rows: list[tuple[str, str, ca.SX, float]] = []
     for c in data.contacts:
-        rows += [(c.name, "mu", c.mu, np.inf), (c.name, "e_N", c.e_N, 1.0)]
-        rows.append((c.name, "e_F", c.e_F, 1.0))
+        what = f"contact '{c.name}'"
+        rows += [(what, "mu", c.mu, np.inf), (what, "e_N", c.e_N, 1.0)]
+        rows.append((what, "e_F", c.e_F, 1.0))
         if c.mu_F is not None:
-            rows += [(c.name, "mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
+            rows += [(what, "mu", c.mu_F[d], np.inf) for d in range(c.n_F)]
     for y in data.compliances:
-        rows += [(y.name, "compliance", y.compliance, np.inf)]
-        rows += [(y.name, "relaxation", y.relaxation, np.inf)]
+        rows += [(f"'{y.name}'", "compliance", y.compliance, np.inf)]
+        rows += [(f"'{y.name}'", "relaxation", y.relaxation, np.inf)]
     column = ca.vertcat(ca.SX(0, 1), *(value for _, _, value, _ in rows))
     at = [data.t, data.q, data.v, data.u, data.par]
     numbers = np.asarray(ca.Function("laws", at, [column])(*start)).ravel()
@@ -245,7 +246,7 @@ def _check_coefficients(data: ModelData, start: Sequence[Any]) -> None:
         if not 0 <= number <= top:
             raise ModelError(
                 data.name,
-                f"{law} of '{name}'",
+                f"{law} of {name}",
                 f"is {number:g} at the initial state with the default parameters",
                 "It must lie in [0, 1]" if top == 1.0 else "It must be >= 0",
             )
