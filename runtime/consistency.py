@@ -19,6 +19,15 @@ def _row_names(stepper: Compiled, blocks: str) -> list[str]:
     return names
 
 
+def _rigid(stepper: Compiled) -> list[bool]:
+    """Which rows of g do not yield."""
+    return [
+        name not in stepper.manifest["compliant"]
+        for name, count in stepper.manifest["g_blocks"]
+        for _ in range(count)
+    ]
+
+
 def violations(
     stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> list[tuple[float, str]]:
@@ -88,11 +97,7 @@ def project(
         # LAPACK knows no wider type: directions in double, what they correct in full
         return value.astype(float) if name in ("p_v", "W_g", "W_gamma", "W_N") else value
 
-    rigid = [
-        name not in stepper.manifest["compliant"]
-        for name, count in stepper.manifest["g_blocks"]
-        for _ in range(count)
-    ]
+    rigid = _rigid(stepper)
     mass_inverse = np.linalg.pinv(at("p_v", q, v), hermitian=True)
     q, v = q.copy(), v.copy()
     for _ in range(_MAX_ITERATIONS):
@@ -155,32 +160,32 @@ def contradiction(
     on each other stands in their residuals.
     """
     n = stepper.sizes
-    if stepper.manifest["compliant"]:
-        return ""  # compliant rows give way to the others
+    rigid = _rigid(stepper)
     limits = _TOLERANCES[stepper.manifest["precision"]]
 
     def at(name: str, q: np.ndarray) -> np.ndarray:
         return stepper.evaluate(name, t, q, v, parameters=par).astype(float)
 
-    if n["n_g"]:
+    kept = [x for x, r in zip(_row_names(stepper, "g_blocks"), rigid, strict=True) if r]
+    if kept:
         q = q.copy()
         for _ in range(_MAX_ITERATIONS):
-            W, g = at("W_g", q), at("g", q)
+            W, g = at("W_g", q)[:, rigid], at("g", q)[rigid]
             if not (np.all(np.isfinite(W)) and np.all(np.isfinite(g))):
                 return ""
             change = _least(W.T, -g, 1e-10)
             q = q + change
             if np.abs(change).max() <= 1e-13 * (1 + np.abs(q).max()):
                 break
-        scale = np.abs(at("W_g", q)).T @ np.abs(q)
-        text = _left_over(_row_names(stepper, "g_blocks"), at("g", q), scale, "g", limits)
+        scale = np.abs(at("W_g", q)[:, rigid]).T @ np.abs(q)
+        text = _left_over(kept, at("g", q)[rigid], scale, "g", limits)
         if text:
             return f"{text} at t = {t:g} cannot be satisfied together near the state"
     rows, columns, names = [np.zeros(0)], [np.zeros((n["n_q"], 0))], []
-    if n["n_g"]:
-        rows.append(at("chi_g", q))
-        columns.append(at("W_g", q))
-        names += _row_names(stepper, "g_blocks")
+    if kept:
+        rows.append(at("chi_g", q)[rigid])
+        columns.append(at("W_g", q)[:, rigid])
+        names += kept
     if n["n_gamma"]:
         rows.append(at("chi_gamma", q))
         columns.append(at("W_gamma", q))

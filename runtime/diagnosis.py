@@ -27,6 +27,8 @@ _ROWS = {
     "mu_F": ("the friction coefficient mu of", "slip"),
     "e_N": ("the restitution e_N of", "contacts"),
     "e_F": ("the restitution e_F of", "contacts"),
+    "compliance": ("the compliance of", "compliant"),
+    "relaxation": ("the relaxation of", "compliant"),
     "chi_g": ("dg/dt of", "g_blocks"),
     "chi_gamma": ("the part chi of", "gamma_blocks"),
     "chi_N": ("dg_N/dt of", "normal"),
@@ -46,6 +48,8 @@ def row_names(stepper: Compiled, kind: str | None) -> list[str]:
         return [""]
     if kind in ("coordinates", "velocities", "inputs"):
         return list(m[kind])
+    if kind == "compliant":
+        return list(m["compliant"])
     if kind in ("g_blocks", "gamma_blocks"):
         return [name for name, count in m[kind] for _ in range(count)]
     contacts = m["contacts"]
@@ -123,9 +127,9 @@ def wrong_coefficient(
                 )
     for name in ("compliance", "relaxation"):
         found = values(name)
-        for row, value in zip(
-            stepper.manifest["compliant"], [] if found is None else found, strict=True
-        ):
+        if found is None:
+            continue
+        for row, value in zip(stepper.manifest["compliant"], found, strict=True):
             if not 0 <= value < np.inf:
                 return (
                     f"{name} of '{row}' is {value:g} with the parameters "

@@ -100,6 +100,11 @@ class Stepper(Compiled):
             raise RunError(
                 f"model '{self.name}': {wanted} needs the scheme lobatto, and this is {m['scheme']}"
             )
+        if options.error is not None and m["compliant"]:
+            raise RunError(
+                f"model '{self.name}': error needs steps of the scheme's order, and "
+                f"'{m['compliant'][0]}' is compliant, of first order. Give dt alone"
+            )
         if m["adaptive"] and not m["contacts"]:
             return self
         return self._more("located events", 'events="located"', "--events located", self.locating)

@@ -165,7 +165,7 @@ class _Contacts:
         if k not in self.yields:
             return after + self.e_N[at, k] * before
         c, tau = (x[at] for x in self.yields[k])
-        place = self.g_N[at, -1, n] + c * self.traj.P_N[1:][at, n] / self.h
+        place = np.minimum(self.g_N[at, -1, n], 0) + c * self.traj.P_N[1:][at, n] / self.h
         return after + place / (tau + self.h / 2)
 
     def states(self) -> np.ndarray:

@@ -122,7 +122,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("damping acts before a gap closes", L, "before = ca.fmin(before, 0)", "before = before * 1"),
     Mutant("damping of the last stage alone", L, "tau / (backward + tau) * before", "tau / (self.h + tau) * before"),
     Mutant("the end yields by a percussion of a stage", L, "own[row] * self.delta_P[row]", "own[row] * self.R(self.s - 2)[row]"),
-    Mutant("the smallest gap is that of the law", STEP, "w->found.y[row] - sg_compliance(w, row) * w->R[row]", "w->found.y[row]"),
+    Mutant("what yields counts as penetrated", STEP, "!sg_yields(SG_NORMAL + sg_contacts[k].normal) && w->found.exists", "w->found.exists"),
     Mutant("resting contacts expand", "runtime/c/sg_poisson.c", "k < SG_N_CONTACTS && sg_is_impact(w); ++k", "k < SG_N_CONTACTS; ++k"),
     Mutant("coefficients of the stages are those of the last", "codegen/schemes/lobatto.py", "share = ca.densify(self.at(j, \"rho\"))[place] - last_mu", "share = 0 * last_mu"),
     Mutant("located coefficients from the velocities of the momenta", "codegen/schemes/located.py", "radius[j][place] = ca.densify(self.aux(j, \"mu\"))[k]", "pass"),

@@ -464,6 +464,7 @@ class Reference:
                     last = y[i][row]
                 y[i][row] = law / (1 + tau[k] / (h * self.c[i]))
             width = tau[k] + h / 2
+            last = last if row < self.n_bilateral else min(last, 0)
             rates[row] = (last + width * rates[row] + c[k] * P[row] / h) / width
 
     def forces(self, step: Step, at: list[Any], h: Any) -> list[np.ndarray]:

@@ -301,6 +301,9 @@ class _Builder:
             gamma_blocks=data.gamma_blocks,
             contacts=tuple(contact_rows(data, plan.guarded)),
             compliant=tuple(c.name for c in self.data.compliances),
+            yields=tuple(
+                int(any(c.row == k for c in self.data.compliances)) for k in range(self.d.R.numel())
+            ),
             outputs=tuple(name for name, _ in data.outputs),
             shapes=data.shapes,
             statuses=STATUSES,

@@ -103,6 +103,7 @@ class Sizes:
     n_one_way: int
     n_loads: int
     n_compliance: int
+    n_slack: int
     spatial: bool
 
 
@@ -162,6 +163,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_one_way=sum(c.one_way for c in data.contacts),
         n_loads=sum(c.load is not None for c in data.contacts),
         n_compliance=sum(p.n_slots for p in scheme.problems) * n_R if data.compliances else 0,
+        n_slack=n_R if data.compliances else 0,
         n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )
@@ -452,6 +454,7 @@ def _work(
         ),
         Field("guard", "real", (n.n_contacts,), "guards"),
         Field("compliance", "real", (n.n_compliance,), "dy/dR of the rows of all problems"),
+        Field("slack", "real", (n.n_slack,), "what rows that yield are compressed by at the start"),
         Field("no_R", "real", (n.n_R,), "zeros"),
         *_terms(scheme, n),
         *places,

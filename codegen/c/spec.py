@@ -166,6 +166,7 @@ class EmitSpec:
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[ContactRow, ...]
     compliant: tuple[str, ...]  # constraint or contact of every row that yields
+    yields: tuple[int, ...]  # for every percussion whether its row does
     outputs: tuple[str, ...]
     shapes: tuple[tuple[str, str, int], ...]
     statuses: tuple[tuple[str, str], ...]

@@ -67,6 +67,7 @@ QUANTITIES: dict[str, Quantity] = {
     "e_F": Quantity("e_F", "tangential restitution"),
     "compliance": Quantity("compliance", "compliances of the rows that yield"),
     "relaxation": Quantity("relaxation", "damping over stiffness of the rows that yield"),
+    "slack": Quantity("g, g_N", "of the rows that yield"),
     "guard": Quantity("guard(t, q) >= 0", "whether a contact exists"),
 }
 
@@ -302,6 +303,13 @@ class Derivation:
 
     def _compliance(self) -> ca.SX:
         return self._column([c.compliance for c in self.data.compliances])
+
+    def _slack(self) -> ca.SX:
+        gaps = ca.vertcat(ca.SX(0, 1), self["g_N"])
+        first = self.data.n_g + self.data.n_gamma
+        return self._column(
+            [gaps[c.row - first] if c.normal else self.data.g[c.row] for c in self.data.compliances]
+        )
 
     def _relaxation(self) -> ca.SX:
         return self._column([c.relaxation for c in self.data.compliances])

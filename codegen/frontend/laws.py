@@ -33,7 +33,7 @@ class Laws:
             Of t, q and parameters. Redundant ones are solved.
         compliance : number or expression, optional
             Inverse c >= 0 of the stiffness of every row [m/N]: ``g + relaxation dg/dt + c force =
-            0``, implicit, stable for any step size and of first order. c = 0 is the rigid
+            0``, implicit, without a limit on the step size, and of first order. c = 0 is the rigid
             constraint. An expression is taken at the start of a step.
         relaxation : number or expression, optional
             Damping over stiffness [s], >= 0, with a compliance.
@@ -130,9 +130,9 @@ class Laws:
             (Contensou). Then they are one law, and the spin is the third component of ``P_F``.
         compliance : number or expression, optional
             Inverse c >= 0 of the contact's stiffness [m/N], without restitution: ``0 <= g_N +
-            relaxation dg_N/dt + c force``, ``0 <= force`` and one of them zero, implicit, stable
-            for any step size and of first order. While the contact lasts several steps it springs
-            back, otherwise the impact is inelastic, as it is for c = 0. Friction is as ever.
+            relaxation dg_N/dt + c force``, ``0 <= force`` and one of them zero, implicit, without
+            a limit on the step size, and of first order. A contact that lasts several steps springs
+            back, a shorter one hardly does; c = 0 is the rigid contact. Friction is as ever.
         relaxation : number or expression, optional
             Damping over stiffness [s], >= 0, with a compliance.
         never : mapping from kind of motion to reason, optional

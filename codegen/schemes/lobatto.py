@@ -99,7 +99,7 @@ class Lobatto:
         at_start = (
             *("force_size", "chi_g", "chi_gamma", "chi_N", "chi_F"),
             *("guard", *(name for name, _ in COEFFICIENTS)),
-            *(("compliance", "relaxation") if self.d.data.compliances else ()),
+            *(("compliance", "relaxation", "slack") if self.d.data.compliances else ()),
         )
         return [
             self.point("stage", at_stage, ("p", "F", *_STAGE_ROWS, "rho")),
@@ -311,11 +311,18 @@ class Lobatto:
         """dy/dR row by row, of both problems."""
         if not self.d.data.compliances:
             return ()
-        rows = ca.SX.zeros(self.s * self.n_R, 1)
+        rows, size = ca.SX.zeros(self.s * self.n_R, 1), ca.SX.zeros(self.n_R, 1)
+        signs = {row: ca.fmin(c, tau) < 0 for row, _, c, tau in self._yielding()}
         for i in range(1, self.s + 1):
             for row, value in self.own(i).items():
-                rows[(i - 1) * self.n_R + row] = value
-        return (dense("compliance", rows, "dy/dR of the rows that yield  (T20), (T21)"),)
+                rows[(i - 1) * self.n_R + row] = ca.if_else(signs[row], -1, value)
+        slack = ca.densify(self.opening.at(self.memory, Place("opening"), "slack"))
+        for k, c in enumerate(self.d.data.compliances):
+            size[c.row] = ca.fabs(slack[k])
+        return (
+            dense("compliance", rows, "dy/dR of the rows that yield, < 0: refused  (T20), (T21)"),
+            dense("slack", size, "|g|, |g_N| of the rows that yield at t_n"),
+        )
 
     def _yield_at(self, i: int, y: dict[str, ca.SX]) -> None:
         """y = g(Q^i) + (c R^{i-1} / h - tau g^- / (c_i h)) / (1 + tau / (c_i h))  (T20): the rate
@@ -335,6 +342,8 @@ class Lobatto:
         for row, place, _, tau in self._yielding():
             rate = g_N_dot if row >= self.n_b else g_dot
             slack = ca.densify(self.at(self.s - 1, self._slack(row)))[place]
+            if row >= self.n_b:
+                slack = ca.fmin(slack, 0)  # what has opened again keeps no velocity of approach
             rate[place] += slack / (tau + self.h / 2) + own[row] * self.delta_P[row]
 
     def stage_points(self) -> Assembly:

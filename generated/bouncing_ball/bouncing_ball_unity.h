@@ -530,6 +530,8 @@
 #define sg_poisson bouncing_ball_own_sg_poisson
 #undef sg_position
 #define sg_position bouncing_ball_own_sg_position
+#undef sg_preloads
+#define sg_preloads bouncing_ball_own_sg_preloads
 #undef sg_prepare
 #define sg_prepare bouncing_ball_own_sg_prepare
 #undef sg_pressing
@@ -584,6 +586,8 @@
 #define sg_row_dot bouncing_ball_own_sg_row_dot
 #undef sg_row_percussion
 #define sg_row_percussion bouncing_ball_own_sg_row_percussion
+#undef sg_row_rate
+#define sg_row_rate bouncing_ball_own_sg_row_rate
 #undef sg_row_residual
 #define sg_row_residual bouncing_ball_own_sg_row_residual
 #undef sg_row_scales
@@ -666,3 +670,7 @@
 #define sg_wanted bouncing_ball_own_sg_wanted
 #undef sg_warm_start
 #define sg_warm_start bouncing_ball_own_sg_warm_start
+#undef sg_yielding
+#define sg_yielding bouncing_ball_own_sg_yielding
+#undef sg_yields
+#define sg_yields bouncing_ball_own_sg_yields

@@ -530,6 +530,8 @@
 #define sg_poisson slider_crank_own_sg_poisson
 #undef sg_position
 #define sg_position slider_crank_own_sg_position
+#undef sg_preloads
+#define sg_preloads slider_crank_own_sg_preloads
 #undef sg_prepare
 #define sg_prepare slider_crank_own_sg_prepare
 #undef sg_pressing
@@ -584,6 +586,8 @@
 #define sg_row_dot slider_crank_own_sg_row_dot
 #undef sg_row_percussion
 #define sg_row_percussion slider_crank_own_sg_row_percussion
+#undef sg_row_rate
+#define sg_row_rate slider_crank_own_sg_row_rate
 #undef sg_row_residual
 #define sg_row_residual slider_crank_own_sg_row_residual
 #undef sg_row_scales
@@ -666,3 +670,7 @@
 #define sg_wanted slider_crank_own_sg_wanted
 #undef sg_warm_start
 #define sg_warm_start slider_crank_own_sg_warm_start
+#undef sg_yielding
+#define sg_yielding slider_crank_own_sg_yielding
+#undef sg_yields
+#define sg_yields slider_crank_own_sg_yields

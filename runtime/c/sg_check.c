@@ -41,7 +41,7 @@ static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg
                 return 0;
             }
         } else if (!sg_small(at->y[c], gap ? w->h * speed : speed,
-                             gap ? floor : floor * sg_slot_rate(w, pr, at->slot), limit)) {
+                             gap ? floor : floor * sg_row_rate(w, pr, at->slot, c), limit)) {
             return 0;
         }
     }

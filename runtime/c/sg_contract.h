@@ -105,6 +105,16 @@ static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
     return slot + 1 < pr->n_slots || c < pr->last_rows;
 }
 
+/* 1 if percussion row c of a slot yields to its percussion. */
+static inline int sg_yields(int c) {
+#if SG_N_COMPLIANCE > 0
+    return sg_yielding[c];
+#else
+    (void)c;
+    return 0;
+#endif
+}
+
 /* How row k of the rows of all problems yields to its own percussion, besides the bodies. */
 static inline real sg_compliance(const SG(work) * w, int k) {
 #if SG_N_COMPLIANCE > 0

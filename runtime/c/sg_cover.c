@@ -34,16 +34,16 @@ static void sg_activity(SG(work) * w, const SG(options) * opt, SG(info) * info, 
     }
 }
 
-/* Smallest gap at any stage of a solved problem. */
+/* Smallest gap of rigid contacts at any stage of a solved problem. */
 static void sg_smallest_gap(const SG(work) * w, SG(info) * info, int problem) {
     const sg_problem *pr = &sg_problems[problem];
     int k, slot;
     for (slot = 0; slot < pr->gap_slots; ++slot) {
         for (k = 0; k < SG_N_CONTACTS; ++k) {
             if (sg_contacts[k].normal >= 0 && sg_is_place(sg_contacts[k].normal) &&
-                w->found.exists[k]) {
+                !sg_yields(SG_NORMAL + sg_contacts[k].normal) && w->found.exists[k]) {
                 const int row = pr->R + slot * SG_N_R + SG_NORMAL + sg_contacts[k].normal;
-                const real gap = w->found.y[row] - sg_compliance(w, row) * w->R[row];
+                const real gap = w->found.y[row];
                 info->smallest_gap = gap < info->smallest_gap ? gap : info->smallest_gap;
             }
         }

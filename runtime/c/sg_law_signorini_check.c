@@ -7,6 +7,10 @@
    so the checker cannot ask for more. */
 static real sg_normal_floor(const SG(work) * w, const sg_problem *pr, int slot, int n) {
     const real own = SG_FLOOR * w->scales.percussion_scale[n];
+    if (sg_yields(n) && !sg_is_gap(pr, slot, n)) {
+        return own + w->scales.r_auto[slot * SG_N_R + n] * w->scales.gap_floor[n] *
+                         sg_row_rate(w, pr, slot, n);
+    }
     return sg_is_gap(pr, slot, n) ? own + w->masses.m_eff[n] * w->scales.gap_floor[n] /
                                               (w->h * sg_response[pr->response + slot][0])
                                   : own;
@@ -31,7 +35,9 @@ static int sg_check_normal_row(const SG(work) * w, const sg_problem *pr, const s
         return at->R[n] == SG_C(0.0);
     }
     return sg_check_normal(at->y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
-                           gap ? w->scales.gap_floor[n] : SG_C(0.0), at->R[n],
-                           w->scales.percussion_scale[n], sg_normal_floor(w, pr, at->slot, n),
-                           limit);
+                           gap            ? w->scales.gap_floor[n]
+                           : sg_yields(n) ? w->scales.gap_floor[n] * sg_row_rate(w, pr, at->slot, n)
+                                          : SG_C(0.0),
+                           at->R[n], w->scales.percussion_scale[n],
+                           sg_normal_floor(w, pr, at->slot, n), limit);
 }

@@ -116,6 +116,28 @@ static void sg_equal_masses(SG(work) * w) {
     }
 }
 
+/* Percussions with which rows that yield begin the step: they may cancel, so that no momentum shows
+   them. */
+static void sg_preloads(SG(work) * w) {
+    sg_fill(SG_N_R, SG_C(0.0), w->masses.preload);
+#if SG_N_COMPLIANCE > 0
+    int c, k;
+    for (c = 0; c < SG_N_R; ++c) {
+        const int last = sg_table[sg_direction.start + c + 1];
+        const int stage = (SG_N_STAGES - 2) * SG_N_R + c;
+        if (!sg_yields(c)) {
+            continue;
+        }
+        w->masses.preload[c] = w->slack[c] / (sg_compliance(w, stage) + w->h / w->masses.m_eff[c]);
+        w->masses.reach[c] += w->slack[c];
+        for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
+            w->masses.momentum[sg_table[sg_direction.index + k]] +=
+                SG_FABS(w->direction[k]) * w->masses.preload[c];
+        }
+    }
+#endif
+}
+
 /* Inertia, effective masses and the constant part of the momentum scales at the start of the step,
    from work.p, work.force_size, work.mass, work.direction. Returns 0 if the mass matrix is singular
    or anything is not finite. */
@@ -159,5 +181,6 @@ static int sg_masses(SG(work) * w) {
         }
     }
     sg_equal_masses(w);
+    sg_preloads(w);
     return 1;
 }

@@ -21,7 +21,7 @@ static int sg_is_impact(const SG(work) * w) {
     int k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const int n = SG_NORMAL + sg_contacts[k].normal;
-        if (sg_contacts[k].normal >= 0 && w->found.active[k] &&
+        if (sg_contacts[k].normal >= 0 && w->found.active[k] && !sg_yields(n) &&
             w->drift[n] + sg_row_dot(&sg_direction, w->direction, n, w->v) <
                 -SG_CHECK * w->scales.speed[n]) {
             return 1;

@@ -8,3 +8,8 @@ static inline real sg_slot_rate(const SG(work) * w, const sg_problem *pr, int sl
     const real *response = sg_response[pr->response + slot];
     return slot < pr->gap_slots ? response[1] / (w->h * response[0]) : SG_C(0.0);
 }
+
+/* The same for row c of a slot that is no gap: at the end of a step what yields follows its gap. */
+static inline real sg_row_rate(const SG(work) * w, const sg_problem *pr, int slot, int c) {
+    return slot >= pr->gap_slots && sg_yields(c) ? SG_C(2.0) / w->h : sg_slot_rate(w, pr, slot);
+}

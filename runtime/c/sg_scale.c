@@ -75,7 +75,7 @@ static void sg_scales(SG(work) * w, int problem) {
         }
         w->scales.speed[c] = speed;
         w->scales.gap_floor[c] = SG_FLOOR * (w->masses.reach[c] + w->h * speed);
-        w->scales.percussion_scale[c] = w->masses.m_eff[c] * speed;
+        w->scales.percussion_scale[c] = sg_max(w->masses.m_eff[c] * speed, w->masses.preload[c]);
     }
 }
 
@@ -97,14 +97,14 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
     }
     w->scales.floored = problem + 1;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const real rate = sg_slot_rate(w, pr, slot);
         for (c = 0; c < SG_N_R; ++c) {
+            const real rate = sg_row_rate(w, pr, slot, c);
             const int n = slot * SG_N_R + c;
             const int gap = sg_is_gap(pr, slot, c);
             const real own = SG_FLOOR * w->scales.percussion_scale[c];
             const real below =
                 own + w->scales.r_auto[n] * w->scales.gap_floor[c] * (gap ? SG_C(1.0) : rate);
-            const real floor = gap ? below : own;
+            const real floor = gap || sg_yields(c) ? below : own;
             real tolerance;
             w->scales.rounding[n] = below;
             w->scales.phi_floor[n] = floor;

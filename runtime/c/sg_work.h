@@ -11,6 +11,7 @@ typedef struct {
     real momentum[SG_N_Q];     /* larger of |p| and h force_size */
     real m_eff[SG_N_R];        /* effective mass of each direction */
     real reach[SG_N_R];        /* terms of each gap at the start, summed up */
+    real preload[SG_N_R];      /* percussion of what yields, as it is compressed at the start */
     real row[SG_N_Q];          /* one direction, coordinate by coordinate */
     real solved[SG_N_Q];       /* M^-1 times that */
 } SG(masses);
