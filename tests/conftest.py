@@ -177,6 +177,9 @@ SLOWER = re.compile(
             r"test_laws.py::test_coefficients_at_the_stages_are_checked\[options[023]",
             r"test_collection.py::test_runs_to_its_horizon\[(atwood|freewheel|kanes|rat|screw|servo|str)",
             r"test_collection.py::test_runs_to_its_horizon\[bicycle",
+            r"test_studies.py::test_study\[law",
+            r"test_new.py::test_a_new_file_runs_and_is_drawn\[space",
+            r"test_firmware.py::test_stated_memory\[box_in_space",
         )
     )
 )
