@@ -45,6 +45,12 @@ class Compiled:
         """The default parameters by name."""
         return {p["name"]: p["default"] for p in self.manifest["parameters"]}
 
+    @property
+    def rigid(self) -> list[bool]:
+        """Which rows of g do not yield."""
+        yields = self.manifest["compliant"]
+        return [name not in yields for name, n in self.manifest["g_blocks"] for _ in range(n)]
+
     def check_parameters(self, values: Mapping[str, float] | None) -> dict[str, float]:
         """Complete parameter values with the defaults.
 

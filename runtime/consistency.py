@@ -19,15 +19,6 @@ def _row_names(stepper: Compiled, blocks: str) -> list[str]:
     return names
 
 
-def _rigid(stepper: Compiled) -> list[bool]:
-    """Which rows of g do not yield."""
-    return [
-        name not in stepper.manifest["compliant"]
-        for name, count in stepper.manifest["g_blocks"]
-        for _ in range(count)
-    ]
-
-
 def violations(
     stepper: Compiled, t: float, q: np.ndarray, v: np.ndarray, par: dict[str, float]
 ) -> list[tuple[float, str]]:
@@ -97,7 +88,7 @@ def project(
         # LAPACK knows no wider type: directions in double, what they correct in full
         return value.astype(float) if name in ("p_v", "W_g", "W_gamma", "W_N") else value
 
-    rigid = _rigid(stepper)
+    rigid = stepper.rigid
     mass_inverse = np.linalg.pinv(at("p_v", q, v), hermitian=True)
     q, v = q.copy(), v.copy()
     for _ in range(_MAX_ITERATIONS):
@@ -160,7 +151,7 @@ def contradiction(
     on each other stands in their residuals.
     """
     n = stepper.sizes
-    rigid = _rigid(stepper)
+    rigid = stepper.rigid
     limits = _TOLERANCES[stepper.manifest["precision"]]
 
     def at(name: str, q: np.ndarray) -> np.ndarray:

@@ -333,6 +333,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
             "event_kinds",
             "g_blocks",
             "gamma_blocks",
+            "compliant",
         ),
     )
     missing = [key for key in needed if not isinstance(manifest, dict) or key not in manifest]

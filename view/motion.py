@@ -298,12 +298,7 @@ def _add_slip_directions(
     W_F = stepper.evaluate("W_F", q=q, **at)
     free = np.broadcast_to(np.eye(q.shape[1]), (len(q), q.shape[1], q.shape[1]))
     if stepper.sizes["n_g"]:
-        rigid = [
-            name not in stepper.manifest["compliant"]
-            for name, count in stepper.manifest["g_blocks"]
-            for _ in range(count)
-        ]
-        W_g = stepper.evaluate("W_g", q=q, **at)[..., rigid]
+        W_g = stepper.evaluate("W_g", q=q, **at)[..., stepper.rigid]
         free = free - W_g @ np.linalg.pinv(W_g)
     for name in bare:
         points = contacts[name]
