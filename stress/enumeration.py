@@ -6,8 +6,8 @@ flight, are solved; combinations that violate no inequality by more than the cur
 explain are solved as they are, by Newton's method. If none holds the step has no solution near its
 start; that is the only proof of it.
 
-Friction that one row of a constraint presses sticks or slips either way, and the row pulls or
-pushes: with such friction all combinations are solved as they are.
+What goes one way is open or holds. Friction that one row of a constraint presses sticks or slips
+either way, and the row pulls or pushes: with such friction all combinations are solved as they are.
 """
 
 import ctypes
@@ -77,10 +77,7 @@ def examine(stepper: Stepper, step: FailedStep) -> Verdict:
     m = stepper.manifest
     if m["compliant"]:
         return Verdict("not examined: only rigid contacts are")
-    if any(
-        c["components"] > 1 or c["one_way"] or (c["normal"] < 0 and c["loads"] != 1)
-        for c in m["contacts"]
-    ):
+    if any(c["components"] > 1 or (c["normal"] < 0 and c["loads"] != 1) for c in m["contacts"]):
         return Verdict("not examined: only contacts with planar friction are")
     return _Examination(stepper, step).run()
 
@@ -168,6 +165,7 @@ class _Examination:
             k
             for k, c in enumerate(self.contacts)
             if k in self.loaded
+            or c["one_way"]
             or (
                 self.exists[k]
                 and at_start[c["normal"]] <= far[c["normal"]]
@@ -184,7 +182,9 @@ class _Examination:
         return [
             k
             for k, n in rows
-            if k in self.loaded or np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))
+            if k in self.loaded
+            or self.contacts[k]["one_way"]
+            or np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))
         ]
 
     # --- combinations ----------------------------------------------------------------------------
@@ -412,7 +412,8 @@ class _Examination:
                 if not self.exists[k]:
                     continue
                 (n, sign), f = self._pressing(i, k), self.slip + contact["friction"]
-                if kinds[i, k] == OPEN and y[i, n] < -_TIGHT * length:
+                unit = speed if contact["one_way"] else length
+                if kinds[i, k] == OPEN and y[i, n] < -_TIGHT * unit:
                     return False
                 if kinds[i, k] != OPEN and sign * R[i, n] < -_TIGHT * force:
                     return False

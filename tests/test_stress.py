@@ -23,7 +23,7 @@ from signorini.stress.campaign import case_of, run_case, run_scene, stepper_of
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
-from signorini.stress.laws import ladder
+from signorini.stress.laws import ladder, shuttle
 
 WHOLE = RunOptions(max_halvings=0)  # no substeps
 
@@ -358,6 +358,27 @@ def test_friction_under_load_is_examined(stepper: Build) -> None:
         np.testing.assert_allclose(verdict.x[-3:], there["v"], rtol=1e-8, atol=1e-9)
         rubs += abs(there["P"][0]) > 0
     assert rubs > 12
+
+
+@pytest.mark.thorough
+def test_what_goes_one_way_is_examined(stepper: Build) -> None:
+    """A sledge on one-way runners, on a rough floor and against a wall; held in some steps."""
+    compiled = stepper(shuttle, 2)
+    rng = np.random.default_rng(7)
+    held = 0
+    for _ in range(25):
+        at = np.array([rng.choice([0.1, 0.5 - 1e-4]), 0.0])
+        par = {"mu": rng.uniform(0, 0.3), "e_N": 0.0, "push": 30.0}
+        v = np.array([abs(rng.normal()) * 0.1, 0.0])
+        step = pretended(compiled, rng.uniform(0, 1), at, v, **par)
+        verdict = examine(compiled, step)
+        assert verdict.text == "solution found"
+        assert verdict.x is not None
+        there = take_again(compiled, step)
+        assert there["status"] == "OK"
+        np.testing.assert_allclose(verdict.x[-2:], there["v"], rtol=1e-8, atol=1e-9)
+        held += there["P"][0] > 0
+    assert held > 4
 
 
 def test_no_solution_is_proven_and_reported(stepper: Build, tmp_path: Path) -> None:
