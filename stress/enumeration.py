@@ -7,7 +7,9 @@ explain are solved as they are, by Newton's method. If none holds the step has n
 start; that is the only proof of it.
 
 What goes one way is open or holds. Friction that one row of a constraint presses sticks or slips
-either way, and the row pulls or pushes: with such friction all combinations are solved as they are.
+either way, and the row pulls or pushes. Friction that another contact presses, as rolling
+resistance is, acts while that contact is closed. With either all combinations are solved as they
+are.
 """
 
 import ctypes
@@ -24,6 +26,7 @@ from signorini.runtime.stepper import Stepper
 
 OPEN, STICK, FORTH, BACK = range(4)
 _MOST = 4**12  # combinations of one problem: four contacts at three stages
+_MOST_PRESSED = 4**8  # the same with friction that another contact presses
 _CHUNK = 4096  # combinations that are handed over at once
 _LOOSE = 1e-2  # violation that the linearised equations may show
 _TIGHT = 1e-8
@@ -77,7 +80,10 @@ def examine(stepper: Stepper, step: FailedStep) -> Verdict:
     m = stepper.manifest
     if m["compliant"]:
         return Verdict("not examined: only rigid contacts are")
-    if any(c["components"] > 1 or (c["normal"] < 0 and c["loads"] != 1) for c in m["contacts"]):
+    if any(
+        c["components"] > 1 or (c["normal"] < 0 and c["loads"] != 1 and c["pressing"] < 0)
+        for c in m["contacts"]
+    ):
         return Verdict("not examined: only contacts with planar friction are")
     return _Examination(stepper, step).run()
 
@@ -104,6 +110,11 @@ class _Examination:
         M = stepper.evaluate("p_v", state["t"], q, self.at["v"], parameters=par)
         self.weight = np.sqrt(np.abs(np.diag(M)) / max(np.abs(np.diag(M)).max(), 1e-300))
         self.loaded = [k for k, c in enumerate(self.contacts) if c["loads"]]
+        self.pressed = {
+            k: c["presser"]
+            for k, c in enumerate(self.contacts)
+            if c["normal"] < 0 and c["pressing"] >= 0 and self.mu[k] > 0
+        }
         self.pulls: dict[tuple[int, int], float] = {}  # by slot and element, the sign of its load
         self.tried = 0
         self.speed = float(np.abs(state["v"]).max())
@@ -112,7 +123,7 @@ class _Examination:
         x, lam = self.free_flight()
         near = self.reachable(x, lam)
         slots = self.position["n_slots"]
-        if 4 ** (len(near) * slots) > _MOST:
+        if 4 ** (len(near) * slots) > (_MOST if not self.pressed else _MOST_PRESSED):
             return Verdict(f"not examined: {len(near)} contacts within reach at {slots} stages")
         for at in self.solutions("position", x, lam, near):
             for x_end, lam_end in self.solutions("velocity", *at, self.active(*at, near)):
@@ -161,17 +172,19 @@ class _Examination:
         drift = np.abs(rate - W.T @ v)
         far = self.step.h * (np.sqrt(2 * energy * mobility) + drift)
         near = 2 * self.step.h * (np.abs(W).T @ np.abs(flight).max(axis=0) + drift)
-        return [
+        close = {
             k
             for k, c in enumerate(self.contacts)
             if k in self.loaded
             or c["one_way"]
             or (
-                self.exists[k]
+                c["normal"] >= 0
+                and self.exists[k]
                 and at_start[c["normal"]] <= far[c["normal"]]
                 and gaps[:, self.normal + c["normal"]].min() <= near[c["normal"]]
             )
-        ]
+        }
+        return self.with_pressed(close)
 
     def active(self, x: np.ndarray, lam: np.ndarray, near: list[int]) -> list[int]:
         """Contacts closed at any stage (67)."""
@@ -179,13 +192,18 @@ class _Examination:
         R = lam[: y.size].reshape(y.shape)
         rows = [(k, self.normal + self.contacts[k]["normal"]) for k in near]
         floor = 1e-12 * (1 + np.abs(self.at["q"]).max())
-        return [
+        closed = {
             k
             for k, n in rows
             if k in self.loaded
             or self.contacts[k]["one_way"]
-            or np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor))
-        ]
+            or (k not in self.pressed and np.any((R[:, n] > 0) | (np.abs(y[:, n]) <= floor)))
+        }
+        return self.with_pressed(closed)
+
+    def with_pressed(self, acting: set[int]) -> list[int]:
+        """Contacts in their order, with the friction that they press."""
+        return sorted(acting | {k for k, presser in self.pressed.items() if presser in acting})
 
     # --- combinations ----------------------------------------------------------------------------
 
@@ -220,16 +238,22 @@ class _Examination:
         choices: Sequence[tuple[int, ...]],
     ) -> Iterator[tuple[int, ...]]:
         """Combinations to be solved: what is left of the linearised problem or, with friction under
-        load, all, each for both signs of every load."""
-        if not self.loaded:
+        load or pressed by another contact, all, each for both signs of every load."""
+        if not self.loaded and not self.pressed:
             yield from self.sift(name, x, lam, spots, choices)
             return
         places = [(i, k) for i, k in spots if k in self.loaded]
         for signs in product((1.0, -1.0), repeat=len(places)):
             self.pulls = dict(zip(places, signs, strict=True))
             for combination in product(*choices):
-                self.tried += 1
-                yield combination
+                open_at = {spot: c == OPEN for spot, c in zip(spots, combination, strict=True)}
+                if all(
+                    open_at[i, k] == open_at[i, presser]
+                    for (i, k) in spots
+                    if (presser := self.pressed.get(k)) is not None
+                ):
+                    self.tried += 1
+                    yield combination
 
     def sift(
         self,
@@ -377,7 +401,7 @@ class _Examination:
             kinematic(c)
         for k, contact in enumerate(self.contacts):
             n, sign = self._pressing(i, k)
-            if k not in self.loaded:
+            if k not in self.loaded and contact["normal"] >= 0:
                 (zero if kinds[k] == OPEN else kinematic)(n)
             if contact["components"]:
                 f = self.slip + contact["friction"]
@@ -393,7 +417,8 @@ class _Examination:
         """Row that presses friction k in a slot, and the sign with which it does."""
         if k in self.loaded:
             return self.contacts[k]["load"], self.pulls.get((i, k), 1.0)
-        return self.normal + self.contacts[k]["normal"], 1.0
+        contact = self.contacts[k]
+        return self.normal + max(contact["normal"], contact["pressing"]), 1.0
 
     def admissible(
         self, name: str, x: np.ndarray, lam: np.ndarray, kinds: np.ndarray, near: list[int]

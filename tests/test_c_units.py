@@ -22,6 +22,7 @@ from signorini.models import (
 from trap_models import (
     anisotropic,
     forms,
+    jammed,
     laws,
     mixed_contacts,
     one_coordinate,
@@ -51,9 +52,11 @@ MODELS: tuple[tuple[Callable[[], sg.Model], int, bool], ...] = (
     (yielding, 2, True),
     (anisotropic, 2, True),
     (pressed, 2, True),
+    (jammed, 3, True),
 )
-# Redundant contacts, masses that vanish, time in every function, anisotropic and pressed friction.
-QUICK = (MODELS[0], MODELS[2], *MODELS[-2:])
+# Redundant contacts, masses that vanish, time in every function; anisotropic friction, pressed
+# friction, friction under load.
+QUICK = (MODELS[0], MODELS[2], *MODELS[-3:])
 
 
 def build_and_run(source: Path, include: Path, folder: Path, *flags: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from command import signorini
-from signorini.models import box, painleve_rod, v_groove
+from signorini.models import box, painleve_rod, roller, v_groove
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
@@ -361,6 +361,37 @@ def test_friction_under_load_is_examined(stepper: Build) -> None:
         there = same_solution(compiled, step)
         rubs += abs(there["P"][0]) > 0
     assert rubs > 12
+
+
+def test_a_jam_that_no_path_leads_to(stepper: Build) -> None:
+    """A ladder jams between rail and floor: friction follows the size of the rail's percussion,
+    not linearly, and no path ends in the contact states of the solution. All are looked through."""
+    compiled = stepper(ladder, 2)
+    stored = FailedStep.load(Path(__file__).parent / "data" / "jams_on_a_ladder.json")
+    step = replace(stored, model_hash=compiled.manifest["model_hash"])
+    found = take_again(compiled, step)
+    verdict = examine(compiled, step)
+    assert (found["status"], found["substeps"]) == ("OK_RESCUED", 0)
+    assert verdict.x is not None
+    np.testing.assert_allclose(found["v"], verdict.x[-3:], rtol=0, atol=1e-12)
+    assert np.all(np.abs(found["P"]) > 0.1)  # rail and floor press, both rub
+    for most in (1, 20, 25, 30, 35, 40):  # what is looked through is bounded like all else
+        cut = replace(step, options=step.options | {"max_iterations": most})
+        assert take_again(compiled, cut)["iterations"] <= most
+
+
+def test_friction_that_another_contact_presses_is_examined(stepper: Build) -> None:
+    """A roller with rolling resistance: no friction of either kind without the floor."""
+    compiled = stepper(roller.model, 2)
+    rng = np.random.default_rng(11)
+    pressed = 0
+    for _ in range(20):
+        q = np.array([0, 0.1 + rng.choice([0, 1e-3]), 0])
+        v = rng.normal(size=3) * 0.1
+        step = pretended(compiled, 0.0, q, v, mu=rng.uniform(0, 0.5), rho=rng.uniform(0, 0.1))
+        there = same_solution(compiled, step)
+        pressed += np.count_nonzero(there["P"]) == len(there["P"])
+    assert 3 < pressed < 20
 
 
 @pytest.mark.thorough

@@ -373,3 +373,19 @@ def yielding() -> sg.Model:
     m.constraint("tether", sp.sqrt((x - 0.5) ** 2 + (y - 1) ** 2) - 0.9, compliance=c_rope)
     m.initial_state(q=[0, 0.2, 0.1], v=[2, 0, 0])
     return m
+
+
+def jammed() -> sg.Model:
+    """A cart in a rough rail, in the plane: its feet roll and rub, a strip rubs by itself."""
+    m = sg.Model("jammed", symbols="casadi")
+    x, y, phi = m.coordinates("x y phi")
+    vx, vy, omega = m.velocities
+    mass, mu = m.parameters(mass=0.8, mu=0.3)
+    m.lagrangian = 0.5 * mass * (vx**2 + vy**2 + 0.1 * omega**2) - 9.81 * mass * y - x * y
+    m.constraint("rail", x - 0.2 * ca.sin(phi))
+    m.friction("upper", gamma_F=vy + 0.3 * omega, bound=mu * m.reaction("rail"))
+    m.friction("strip", gamma_F=vx - 0.1, bound=0.3)
+    m.contact("foot", g_N=y - 0.1 * phi, gamma_F=vx - omega, mu=mu, e_N=0.3, rolling=(0.05, omega))
+    m.contact("roof", g_N=0.2 - y + 0.1 * x)
+    m.initial_state(q=[0, 0.02, 0], v=[0.1, -0.6, 0.5])
+    return m

@@ -5,6 +5,7 @@
  */
 #undef SG
 #undef SG_ABSENT_TURNS
+#undef SG_AFTER_SAID
 #undef SG_BACK_ROUNDS
 #undef SG_BAND
 #undef SG_BLURRED
@@ -56,6 +57,7 @@
 #undef SG_LOCATE_ROUNDS
 #undef SG_MOBILITY
 #undef SG_MOST_HALVINGS
+#undef SG_MOST_STATES
 #undef SG_NAN
 #undef SG_N_AXES
 #undef SG_N_BOUNDS
@@ -95,7 +97,9 @@
 #undef SG_ROOT_NEAR
 #undef SG_ROOT_ROUNDS
 #undef SG_ROWS_OF_SLOT
+#undef SG_SAID
 #undef SG_SAMPLES
+#undef SG_SEARCHED
 #undef SG_SEARCHES
 #undef SG_SECANT_ROUNDS
 #undef SG_SMALL
@@ -160,10 +164,20 @@
 #define SG_ROW_SLIP bouncing_ball_own_SG_ROW_SLIP
 #undef SG_ROW_ZERO
 #define SG_ROW_ZERO bouncing_ball_own_SG_ROW_ZERO
+#undef SG_SEEK
+#define SG_SEEK bouncing_ball_own_SG_SEEK
 #undef SG_SLIP
 #define SG_SLIP bouncing_ball_own_SG_SLIP
 #undef SG_SLIPS
 #define SG_SLIPS bouncing_ball_own_SG_SLIPS
+#undef SG_STATE_BACK
+#define SG_STATE_BACK bouncing_ball_own_SG_STATE_BACK
+#undef SG_STATE_FORTH
+#define SG_STATE_FORTH bouncing_ball_own_SG_STATE_FORTH
+#undef SG_STATE_OPEN
+#define SG_STATE_OPEN bouncing_ball_own_SG_STATE_OPEN
+#undef SG_STATE_STICK
+#define SG_STATE_STICK bouncing_ball_own_SG_STATE_STICK
 #undef SG_STICKS
 #define SG_STICKS bouncing_ball_own_SG_STICKS
 #undef SG_SUBSTEP
@@ -362,6 +376,8 @@
 #define sg_friction_slips bouncing_ball_own_sg_friction_slips
 #undef sg_friction_smooth
 #define sg_friction_smooth bouncing_ball_own_sg_friction_smooth
+#undef sg_from_states
+#define sg_from_states bouncing_ball_own_sg_from_states
 #undef sg_give_back
 #define sg_give_back bouncing_ball_own_sg_give_back
 #undef sg_goes_round
@@ -408,6 +424,8 @@
 #define sg_is_positive bouncing_ball_own_sg_is_positive
 #undef sg_is_pressed
 #define sg_is_pressed bouncing_ball_own_sg_is_pressed
+#undef sg_is_searched
+#define sg_is_searched bouncing_ball_own_sg_is_searched
 #undef sg_is_sticking
 #define sg_is_sticking bouncing_ball_own_sg_is_sticking
 #undef sg_is_tried
@@ -600,10 +618,16 @@
 #define sg_rubbing bouncing_ball_own_sg_rubbing
 #undef sg_say_held
 #define sg_say_held bouncing_ball_own_sg_say_held
+#undef sg_say_state
+#define sg_say_state bouncing_ball_own_sg_say_state
+#undef sg_say_states
+#define sg_say_states bouncing_ball_own_sg_say_states
 #undef sg_scales
 #define sg_scales bouncing_ball_own_sg_scales
 #undef sg_search
 #define sg_search bouncing_ball_own_sg_search
+#undef sg_seek
+#define sg_seek bouncing_ball_own_sg_seek
 #undef sg_settle
 #define sg_settle bouncing_ball_own_sg_settle
 #undef sg_signorini_closes
@@ -650,6 +674,8 @@
 #define sg_sparse_factor bouncing_ball_own_sg_sparse_factor
 #undef sg_sparse_solve
 #define sg_sparse_solve bouncing_ball_own_sg_sparse_solve
+#undef sg_states_of
+#define sg_states_of bouncing_ball_own_sg_states_of
 #undef sg_table
 #define sg_table bouncing_ball_own_sg_table
 #undef sg_take_in

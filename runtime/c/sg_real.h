@@ -74,7 +74,7 @@ typedef SG(real) real;
 #define SG_CHECK_MOST SG_C(0.00390625)
 
 /* A step may be halved ten times. Of its iterations SG_PART_WHOLE of SG_PARTS may be used by the
-   whole step, SG_PART_AGAIN once it was tried again with contacts said to hold, the rest by
+   whole step, SG_PART_AGAIN once it was tried again in contact states that are said, the rest by
    substeps. */
 #define SG_MOST_HALVINGS 10
 #define SG_FINEST 1024
@@ -94,7 +94,8 @@ typedef SG(real) real;
 
 /* Newton iterations of a plain attempt, of contact states held, of contacts that are said to hold,
    from where a path led; paths followed in one problem at first, in space fewer, and in all;
-   central paths of a whole step and of a substep. */
+   central paths of a whole step and of a substep; sets of contact states that are looked through,
+   iterations in each of them and from there. */
 #define SG_PLAIN 9
 #define SG_HELD 5
 #define SG_HOLDING 20
@@ -103,6 +104,9 @@ typedef SG(real) real;
 #define SG_LAST_TURNS 24
 #define SG_CENTRAL_TURNS 4
 #define SG_SUBSTEP_TURNS 2
+#define SG_MOST_STATES 4096
+#define SG_SAID 2
+#define SG_AFTER_SAID 4
 
 /* Share of the residual that counts as clearly nearer; share of the decrease along a direction that
    a search asks for; how often it halves its step. */

@@ -3,6 +3,7 @@
 #include "sg_check.c"
 #include "sg_least.c"
 #include "sg_path.c"
+#include "sg_search.c"
 
 /* Solution of one problem: starting points and rescues. What the checker rejects is not solved. */
 
@@ -135,6 +136,42 @@ static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(opti
 }
 #endif
 
+#if SG_SEARCHED
+/* Newton's method from the cold start, at first in the contact states that are said. */
+static int sg_from_states(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                          SG(info) * info, int problem, int end, real *measure) {
+    sg_cold_start(w, problem);
+    sg_leave_out(w, problem);
+    sg_settle(w, par, opt, problem, sg_budget(info, end, SG_SAID), &info->iterations);
+    return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_AFTER_SAID), 0,
+                     &info->iterations, measure);
+}
+
+/* All contact states, each from the cold start: at first those that are the same in all slots.
+   `on`: from where the last search ended. */
+static int sg_seek(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+                   int problem, int on, int end, real *measure) {
+    const sg_problem *pr = &sg_problems[problem];
+    int status = SG_K(NOT_CONVERGED);
+    if (!on) {
+        w->found.apart = 0;
+        w->found.said = 0;
+    }
+    while (status != SG_K(OK) && w->found.apart < 2 && info->iterations < end) {
+        const int fresh = sg_say_states(w, pr, w->found.apart, w->found.said);
+        ++w->found.said;
+        if (fresh > 0) {
+            status = sg_from_states(w, par, opt, info, problem, end, measure);
+        }
+        if (fresh < 0 || w->found.said == SG_MOST_STATES) {
+            w->found.said = 0;
+            w->found.apart += pr->n_slots > 1 ? 1 : 2;
+        }
+    }
+    return status;
+}
+#endif
+
 enum {
     SG_HOLD,
     SG_WARM_START,
@@ -142,6 +179,7 @@ enum {
     SG_FOLLOW,
     SG_FOLLOW_ON,
     SG_FOLLOW_CENTRAL,
+    SG_SEEK,
     SG_ATTEMPTS
 };
 
@@ -152,15 +190,18 @@ enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
    few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
+    const int searched = sg_is_searched(w, &sg_problems[problem]);
     const int ahead =
         effort == SG_AGAIN && problem + 1 == w->found.stuck && sg_problems[w->found.stuck].follows;
     switch (attempt) {
         case SG_HOLD:
             return stuck || ahead;
+        case SG_SEEK:
+            return searched && effort != SG_SUBSTEP;
         case SG_WARM_START:
             return warm && !stuck;
         case SG_FOLLOW_ON:
-            return !SG_SPATIAL && effort != SG_SUBSTEP && !stuck;
+            return !SG_SPATIAL && effort != SG_SUBSTEP && !stuck && !searched;
         case SG_FOLLOW_CENTRAL:
             return SG_SPATIAL && !stuck;
         default:
@@ -192,6 +233,10 @@ static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
                              end, measure);
         case SG_FOLLOW_ON:
             return sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, measure);
+#if SG_SEARCHED
+        case SG_SEEK:
+            return sg_seek(w, par, opt, info, problem, effort == SG_AGAIN, on, measure);
+#endif
 #if SG_SPATIAL
         case SG_FOLLOW_CENTRAL:
             return sg_follow_central(w, par, opt, info, problem,
@@ -209,7 +254,8 @@ static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
 static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
                     const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
                     int end) {
-    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0, SG_COLD, SG_PATH, SG_PATH, SG_CENTRAL_PATH};
+    static const int rescue[SG_ATTEMPTS] = {SG_PATH,         0,      SG_COLD, SG_PATH, SG_PATH,
+                                            SG_CENTRAL_PATH, SG_PATH};
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;

@@ -144,6 +144,8 @@ typedef struct {
 /* sg_solve.c and sg_step.c: what was found, for the checker and the next step. */
 typedef struct {
     int stuck;                     /* problem that was not solved, -1: none */
+    int said;                      /* number of the contact states that are said next, */
+    int apart;                     /* 1 where each slot has its own */
     int exists[SG_N_CONTACTS];     /* guard >= 0 at the start */
     int active[SG_N_CONTACTS];     /* closed at the end, (67) */
     int states[SG_N_PROBLEMS];     /* contact states of the solutions, in one number */

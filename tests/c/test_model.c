@@ -384,6 +384,9 @@ int main(void) {
     test_central_rows();
     test_central_paths();
 #endif
+#if SG_SEARCHED
+    test_states_are_all_said();
+#endif
     test_paths_and_rescues();
     test_substeps();
     test_parameters();

@@ -242,3 +242,55 @@ static void test_paths_and_rescues(void) {
     }
     ENSURE(unsolved <= 4);
 }
+
+#if SG_SEARCHED
+/* States that contacts, elements of friction by themselves and what contacts press have in one
+   slot: each counted once. */
+static long states_of_slot(void) {
+    long all = 1;
+    int k, i;
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        if (sg_contacts[k].normal >= 0) {
+            long pressed = 1;
+            for (i = 0; i < SG_N_CONTACTS; ++i) {
+                pressed *= sg_contacts[i].presser == k && sg_rubbing(&work, i) > 0 ? 3 : 1;
+            }
+            all *= 1 + pressed;
+        } else if (sg_contacts[k].presser < 0) {
+            all *= sg_rubbing(&work, k) > 0 ? 3 : 1;
+        }
+    }
+    return all;
+}
+
+/* The search says every set of contact states, and none twice. */
+static void test_states_are_all_said(void) {
+    static unsigned long seen[SG_MOST_STATES];
+    int problem, apart, slot, i;
+    draw_start();
+    open_step(0.01);
+    for (problem = 0; problem < SG_N_CHAIN; ++problem) {
+        const sg_problem *pr = &sg_problems[problem];
+        for (apart = 0; apart < 2; ++apart) {
+            long expected = states_of_slot();
+            int said = 0;
+            int number = 0;
+            int fresh = 1;
+            for (slot = 1; apart && slot < pr->n_slots && expected <= SG_MOST_STATES; ++slot) {
+                expected *= states_of_slot();
+            }
+            for (; fresh >= 0 && expected <= SG_MOST_STATES / 16; ++number) {
+                fresh = sg_say_states(&work, pr, apart, number);
+                if (fresh > 0) {
+                    seen[said] = sg_fingerprint(&work, pr->n_slots * SG_N_R);
+                    for (i = 0; i < said; ++i) {
+                        ENSURE(seen[i] != seen[said]);
+                    }
+                    ++said;
+                }
+            }
+            ENSURE(said == (expected <= SG_MOST_STATES / 16 ? expected : 0));
+        }
+    }
+}
+#endif
