@@ -19,6 +19,13 @@ from pathlib import Path
 from platformdirs import user_cache_dir
 
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
+# A module of functions that is called, with nothing but code.
+_MODULE = ("-mexec-model=reactor", "-Wl,--strip-all")
+_SYSROOTS = (
+    Path("/usr"),
+    Path("/usr/share/wasi-sysroot"),
+    Path("/opt/wasi-sdk/share/wasi-sysroot"),
+)
 # The driver of many runs, compiled together with every stepper.
 _BATCH = Path(__file__).with_name("batch.c")
 _CONTROLLED = _BATCH.with_name("controlled.c")
@@ -62,6 +69,41 @@ def find_compiler() -> list[str]:
         "no C compiler found (looked for cc, gcc, clang, ziglang). Install one, e.g. 'apt-get "
         "install gcc', 'xcode-select --install' or \"pip install 'signorini[cc]'\", or name yours "
         "in the environment variable CC"
+    )
+
+
+def find_wasm_compiler() -> list[str]:
+    """Return the command of a compiler that makes WebAssembly, with a libm.
+
+    ``$SIGNORINI_WASM_CC``, clang where a sysroot of wasi-libc is installed, or ziglang, which comes
+    by pip with the extra ``signorini[cc]``.
+
+    Raises
+    ------
+    CompilerError
+        With advice, if there is none.
+    """
+    command = _words("SIGNORINI_WASM_CC")
+    if command:
+        if shutil.which(command[0]) is None:
+            raise CompilerError(
+                f"the compiler SIGNORINI_WASM_CC={' '.join(command)!r} is not on the PATH: "
+                "install it or unset SIGNORINI_WASM_CC"
+            )
+        return command
+    if shutil.which("clang") and shutil.which("wasm-ld"):
+        for root in _SYSROOTS:
+            if (root / "include" / "wasm32-wasi").is_dir():
+                return ["clang", "--target=wasm32-wasi", f"--sysroot={root}"]
+    if importlib.util.find_spec("ziglang") is not None:
+        return [
+            *(sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"),
+            "-fno-sanitize=undefined",
+        ]
+    raise CompilerError(
+        "no compiler for WebAssembly found. Install one, e.g. 'apt-get install clang lld wasi-libc "
+        "libclang-rt-dev-wasm32' or \"pip install 'signorini[cc]'\", or name yours in the "
+        "environment variable SIGNORINI_WASM_CC"
     )
 
 
@@ -192,6 +234,35 @@ def compile_shared(name: str, files: dict[str, bytes], sources: Sequence[str]) -
     return _shared(name, files, tuple(files.values()), FLAGS, flags, compiled, False)
 
 
+def compile_wasm(name: str, files: dict[str, bytes], sources: Sequence[str]) -> Path:
+    """Compile some of the files, which include one another, into a module of WebAssembly.
+
+    The module exports what the sources mark so, and needs nothing.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    CompilerError
+        If there is no compiler for it, or with its messages if it fails.
+    """
+    flags = ("-std=c99", "-ffp-contract=off", "-I.", "-fvisibility=hidden")
+    compiled = tuple((source, f"-O{_level(files[source])}") for source in sources)
+    return _shared(
+        name,
+        files,
+        tuple(files.values()),
+        flags,
+        (),
+        compiled,
+        False,
+        find_wasm_compiler(),
+        _MODULE,
+    )
+
+
 def _shared(
     name: str,
     files: dict[str, bytes],
@@ -200,19 +271,21 @@ def _shared(
     before: tuple[str, ...],
     sources: tuple[tuple[str, ...], ...],
     again: bool,
+    command: list[str] | None = None,
+    linked: tuple[str, ...] = ("-shared",),
 ) -> Path:
     """Compile to a library in the cache, named by what goes into it.
 
     Beside it stands the hash of its bytes: a damaged library is compiled anew.
     """
-    command = find_compiler()
+    own = _words("SIGNORINI_CFLAGS") if command is None else []
+    command = command or find_compiler()
     flags = (*flags, *before)
-    own = _words("SIGNORINI_CFLAGS")
     digest = hashlib.sha256()
     machine = (platform.system(), platform.machine(), *platform.libc_ver())
     for part in (
         *parts,
-        repr([command, flags, own, sources, _version(tuple(command)), machine]).encode(),
+        repr([command, flags, own, sources, linked, _version(tuple(command)), machine]).encode(),
     ):
         digest.update(len(part).to_bytes(8, "big") + part)
     target = cache_root() / "compiled" / f"{name}-{digest.hexdigest()[:32]}.so"
@@ -228,7 +301,7 @@ def _shared(
     with _locked(target.with_suffix(".lock")):
         # another process may have made it meanwhile
         if again or not _is_whole(target):
-            _compile(command, (*flags, *own), files, sources, target)
+            _compile(command, (*flags, *own), files, sources, linked, target)
     return target
 
 
@@ -237,6 +310,7 @@ def _compile(
     flags: tuple[str, ...],
     files: dict[str, bytes],
     sources: tuple[tuple[str, ...], ...],
+    linked: tuple[str, ...],
     target: Path,
 ) -> None:
     """Compile each source, with the flags behind its name, at the same time; link them."""
@@ -268,7 +342,7 @@ def _compile(
 
         with ThreadPoolExecutor(len(sources)) as pool:
             objects = list(pool.map(compile_one, sources))
-        run(sources[0][0], *flags, "-shared", "-o", made.name, *objects, "-lm")
+        run(sources[0][0], *flags, *linked, "-o", made.name, *objects, "-lm")
         digest = hashlib.sha256(made.read_bytes()).hexdigest()
         made.replace(target)
         target.with_suffix(".sha256").write_text(digest, encoding="ascii")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 import sympy as sp
+from browser import find_browser
 from command import signorini
 from hypothesis import given
 from hypothesis import strategies as st
@@ -370,21 +371,11 @@ def test_legends_cover_nothing(stepper: Build) -> None:
 # --- in a browser ---------------------------------------------------------------------------------
 
 
-def _browser() -> object:
-    api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
-    import shutil
-
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("chromium is not installed: apt-get install chromium")
-    return api.sync_playwright(), chromium
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize("width", [380, 1200])
 def test_pages_in_a_browser(ball: sg.Trajectory, tmp_path: Path, width: int) -> None:
     """No error; the contact lights up where it is: the pixel there has the colour of its state."""
-    manager, chromium = _browser()
+    manager, chromium = find_browser()
     page = ball.animate(tmp_path / "ball.html")
     with manager as p:
         browser = p.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
@@ -433,7 +424,7 @@ def test_between_coarse_rows_a_located_ball_flies_on_its_parabola(stepper: Build
 def test_a_page_in_space(stepper: Build, tmp_path: Path) -> None:
     """The scene of viser opens without an error, asks the network for nothing, and shows a body."""
     pytest.importorskip("viser", reason="pip install 'signorini[view]'")
-    manager, chromium = _browser()
+    manager, chromium = find_browser()
     traj = stepper(box_in_space.model, 2).simulate(t_end=0.5, dt=5e-3)
     page = traj.animate(tmp_path / "box.html")
     graphics = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]

@@ -9,7 +9,7 @@ from signorini import templates
 from signorini.view.motion import Motion, Thing
 
 _STEPS = 100_000  # whole numbers that the larger side of the picture has
-_FAR = 8.0  # a way of so many sizes of the bodies: the picture goes with them
+FAR = 8.0  # a way of so many sizes of the bodies: the picture goes with them
 
 
 def page(motion: Motion) -> str:
@@ -88,7 +88,7 @@ def _data(motion: Motion) -> dict[str, Any]:
         "unit": unit,
         "box": [*low.tolist(), *high.tolist()],
         "size": size,
-        "follows": bool((high - low).max() > _FAR * max(size, 1e-9)) and size > 0,
+        "follows": bool((high - low).max() > FAR * max(size, 1e-9)) and size > 0,
         "states": states,
         "things": [thing(t) for t in motion.things],
         "marks": marks,

@@ -54,3 +54,47 @@ def fmu(
             binary=not sources_only,
         )  # fmt: skip
     console.print(f"unit: {path}", markup=False, highlight=False, soft_wrap=True)
+
+
+@app.command
+def web(
+    model: str,
+    *,
+    out: Path | None = None,
+    stages: Whole = 3,
+    grid: Grid | None = None,
+) -> None:
+    """Write MODEL as a page for a browser, in which it runs.
+
+    The page opens from the file. It has the stepper in WebAssembly, a picture of the bodies,
+    sliders for the parameters, fields for the start, inputs by keys, and plots. Impacts are located
+    within its steps.
+
+    Parameters
+    ----------
+    model
+        A shipped name (see 'signorini list'), path.py[:function] or package.module[:function].
+    out
+        Folder of the page, by default ./<model>_page.
+    stages
+        Number of stages s of the Lobatto scheme, at least 2.
+    """
+    from signorini.locate import find_model
+    from signorini.web import write_page
+    from signorini.workflow import build
+
+    grid = grid or Grid()
+    if grid.error is not None:
+        raise RunError("a page takes steps of one size: give --dt instead of --error")
+    chosen = find_model(model)
+    folder = Path(f"{chosen.name}_page") if out is None else out
+    suggested = grid.over(chosen.suggested)
+    console = Console()
+    with console.status(f"generating and compiling {model}"):
+        stepper = build(chosen, stages=stages, events="located")
+        path = write_page(
+            stepper, folder, dt=suggested["dt"], t_end=suggested["t_end"],
+            inputs=suggested["inputs"], parameters=grid.parameters,
+        )  # fmt: skip
+    size = path.stat().st_size / 1000
+    console.print(f"page: {path} ({size:.0f} kB)", markup=False, highlight=False, soft_wrap=True)
