@@ -10,7 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from signorini.runtime.compile import CompilerError, cache_root, describe_machine, find_compiler
+from signorini.runtime.compile import (
+    CompilerError,
+    cache_root,
+    describe_machine,
+    find_compiler,
+    find_wasm_compiler,
+)
 from signorini.runtime.errors import RunError
 from signorini.version import __version__
 
@@ -22,6 +28,7 @@ EXTRAS = {
     "view": ("viser", "imageio_ffmpeg"),
     "docs": ("sphinx", "myst_parser", "furo"),
     "learning": ("gymnasium",),
+    "robots": ("mujoco",),
     "peers": ("mujoco", "exudyn", "pydrake"),
 }
 
@@ -53,6 +60,7 @@ def examine() -> Iterator[Finding]:
     for name in NEEDED:
         yield _package(name)
     yield _compiler()
+    yield _wasm_compiler()
     flags = os.environ.get("SIGNORINI_CFLAGS", "").strip()
     if flags:
         yield Finding("SIGNORINI_CFLAGS", None, flags)
@@ -81,6 +89,14 @@ def _compiler() -> Finding:
         return Finding("C compiler", True, f"{command}: {describe_machine()['compiler']}")
     except CompilerError as error:
         return Finding("C compiler", False, str(error))
+
+
+def _wasm_compiler() -> Finding:
+    """What makes pages in which models run."""
+    try:
+        return Finding("compiler of pages", None, " ".join(find_wasm_compiler()))
+    except CompilerError as error:
+        return Finding("compiler of pages", None, str(error))
 
 
 def _cache() -> Finding:

@@ -25,15 +25,7 @@ _OBSTACLES = ("plane", "curve", "net")
 _MOST_STEPS = 100_000  # of the run that says how large the picture is
 
 
-def write_page(
-    stepper: Stepper,
-    folder: Path,
-    *,
-    dt: float = 1e-2,
-    t_end: float = 2.0,
-    inputs: Any = None,
-    parameters: dict[str, float] | None = None,
-) -> Path:
+def write_page(stepper: Stepper, folder: Path, **about: Any) -> Path:
     """Write index.html into a folder: a page that opens from the file, without a server.
 
     Parameters
@@ -42,6 +34,50 @@ def write_page(
         Of double precision.
     folder : Path
         Made if it is not there.
+    **about
+        As `page_of` takes them.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    RunError
+        For arguments that cannot be used, a run that does not begin, or a folder that cannot be
+        made.
+    CompilerError
+        If there is no compiler for WebAssembly or it fails.
+    """
+    text = page_of(stepper, **about)
+    path = folder / "index.html"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"{folder}: the folder cannot be made ({error.strerror})") from None
+
+    def save(file: Path) -> None:
+        file.write_text(text, encoding="utf-8")
+
+    write_whole(path, save)
+    return path
+
+
+def page_of(
+    stepper: Stepper,
+    *,
+    dt: float = 1e-2,
+    t_end: float = 2.0,
+    inputs: Any = None,
+    parameters: dict[str, float] | None = None,
+) -> str:
+    """The page as text.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        Of double precision.
     dt : float
         Step size of the page [s].
     t_end : float
@@ -50,11 +86,6 @@ def write_page(
         Of that run, as `Stepper.simulate` takes them; those of the page begin with 0.
     parameters : dict, optional
         Values that the page begins with, where they differ from the defaults.
-
-    Returns
-    -------
-    Path
-        The page.
 
     Raises
     ------
@@ -71,7 +102,7 @@ def write_page(
     given = stepper.check_parameters(parameters or {})
     run = _first_run(stepper, dt, t_end, inputs, given)
     data = json.dumps(_data(stepper, dt, given, run), separators=(",", ":"), allow_nan=False)
-    text = (
+    return (
         templates.environment()
         .get_template("web.html.jinja")
         .render(
@@ -83,13 +114,6 @@ def write_page(
             wasm=base64.b64encode(gzip.compress(_module(stepper), mtime=0)).decode("ascii"),
         )
     )
-    path = folder / "index.html"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"{folder}: the folder cannot be made ({error.strerror})") from None
-    write_whole(path, lambda file: file.write_text(text, encoding="utf-8"))
-    return path
 
 
 def page_sources(stepper: Stepper) -> dict[str, bytes]:

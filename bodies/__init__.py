@@ -7,12 +7,14 @@ to a `signorini.Model`; nothing else changes. They work with SymPy and with CasA
 
 from signorini.bodies import inertia
 from signorini.bodies.frames import Frame, Point
+from signorini.bodies.from_mujoco import from_mjcf, from_urdf
 from signorini.bodies.from_sympy import (
     Translated,
     from_lagranges_method,
     from_lagrangian,
     from_system,
 )
+from signorini.bodies.mujoco_writer import Imported
 from signorini.bodies.planar import Planar
 from signorini.bodies.ropes import Pulley
 from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
@@ -22,6 +24,7 @@ __all__ = [
     "Edge",
     "Ellipsoid",
     "Frame",
+    "Imported",
     "Planar",
     "Plane",
     "Point",
@@ -32,6 +35,8 @@ __all__ = [
     "Translated",
     "from_lagranges_method",
     "from_lagrangian",
+    "from_mjcf",
     "from_system",
+    "from_urdf",
     "inertia",
 ]

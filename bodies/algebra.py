@@ -133,6 +133,14 @@ def total_derivative(model: Model, expr: Any) -> Any:
     return rate
 
 
+def is_zero(x: Any) -> bool:
+    """Whether a number is zero, or an expression that is nothing else."""
+    if isinstance(x, (int, float)):
+        return x == 0
+    said = getattr(x, "is_zero", False)  # SymPy has a property, CasADi a method
+    return bool(said() if callable(said) else said)
+
+
 def add(a: Sequence[Any], b: Sequence[Any]) -> Vector:
     """a + b."""
     return tuple(x + y for x, y in zip(a, b, strict=True))

@@ -4,7 +4,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from signorini.bodies.algebra import Vector, algebra_of, dot, scale, subtract, total_derivative
+from signorini.bodies.algebra import (
+    Vector,
+    algebra_of,
+    dot,
+    is_zero,
+    scale,
+    subtract,
+    total_derivative,
+)
 from signorini.bodies.frames import Frame, Point
 from signorini.bodies.given import positive, unit
 from signorini.bodies.looks import Looks
@@ -129,12 +137,12 @@ class Scene:
         """A spring with damper between two points: ``k/2 (|r| - l)^2``, ``-d d|r|/dt``."""
         self.looks.spring(one, other)
         r = subtract(one.position, other.position)
-        if _is_zero(length) and _is_zero(damping):
+        if is_zero(length) and is_zero(damping):
             self.add_energy(0, stiffness * dot(r, r) / 2)
             return
         distance = self.algebra.sqrt(dot(r, r))
         self.add_energy(0, stiffness * (distance - length) ** 2 / 2)
-        if not _is_zero(damping):
+        if not is_zero(damping):
             direction = scale(1 / distance, r)
             rate = dot(direction, subtract(one.velocity, other.velocity))
             self._push(one, other, -damping * rate)
@@ -250,7 +258,11 @@ class Scene:
         gamma_F = None
         directions = tangents(self.algebra, kinematics.normal) if friction else ()
         if friction:
-            gamma_F = [dot(t, kinematics.velocity) for t in directions]
+            # a direction in which nothing can move, as in a mechanism that is plane, has no slip
+            slips = [(t, dot(t, kinematics.velocity)) for t in directions]
+            slips = [(t, rate) for t, rate in slips if not is_zero(rate)]
+            directions = tuple(t for t, _ in slips)
+            gamma_F = [rate for _, rate in slips] or None
         self.looks.contact(name, kinematics.place, kinematics.normal, directions)
         if kinematics.guard is not None:
             guard = (
@@ -441,7 +453,3 @@ class Scene:
                 f"Give {self.dimension} components",
             )
         return entries
-
-
-def _is_zero(x: Any) -> bool:
-    return isinstance(x, (int, float)) and x == 0

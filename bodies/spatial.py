@@ -4,7 +4,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from signorini.bodies.algebra import Matrix, Vector, apply, dot, number, subtract
+from signorini.bodies.algebra import (
+    Matrix,
+    Vector,
+    add,
+    apply,
+    dot,
+    multiply,
+    number,
+    subtract,
+)
 from signorini.bodies.frames import Frame, Point, turned_in_space
 from signorini.bodies.given import positive, unit
 from signorini.bodies.scene import Scene
@@ -74,32 +83,77 @@ class Spatial(Scene):
             self.add_energy(T, -mass * dot(self.gravity, frame.origin))
             self.looks.body(frame)
             return frame
-        names = coordinates or " ".join(f"{name}_{c}" for c in "x y z p0 p1 p2 p3".split())
-        q = self._coordinates(names, "m m m" + 4 * " quaternion")
-        if len(q) != 7:
+        frame = self.floating(name, J[0][0] + J[1][1] + J[2][2], coordinates=coordinates)
+        p, p_dot = self.model.q[-4:], self.model.velocities[-4:]
+        # Angular velocity in the body's frame: omega = 2 H(p) p_dot.
+        omega = tuple(2 * dot(row, p_dot) for row in _H(p))
+        T = mass * dot(frame.velocity, frame.velocity) / 2 + _quadratic(J, omega) / 2
+        self.add_energy(T, -mass * dot(self.gravity, frame.origin))
+        self._inertias[frame] = J
+        self.looks.body(frame)
+        return frame
+
+    def floating(
+        self,
+        name: str,
+        weight: Any,
+        *,
+        coordinates: str | None = None,
+        parent: Frame | None = None,
+        at: Sequence[Any] | None = None,
+    ) -> Frame:
+        """A frame that turns freely, with a quaternion; its origin moves freely or is given.
+
+        Parameters
+        ----------
+        name : str
+            Coordinates are ``name_x name_y name_z name_p0 ... name_p3``, or the last four.
+        weight : expression
+            Inertia that the length of the quaternion gets, which is constant [kg m^2]: any positive
+            one makes the mass matrix regular, the trace of a tensor makes it well scaled.
+        coordinates : str, optional
+            Other names for them.
+        parent : Frame, optional
+            What the quaternion turns it against; the fixed frame by default.
+        at : three expressions, optional
+            Its origin in the parent; it then has no coordinates for that.
+
+        Raises
+        ------
+        ModelError
+            For another number of names.
+        """
+        base = self.ground if parent is None else parent
+        letters = ["p0", "p1", "p2", "p3"] if at is not None else "x y z p0 p1 p2 p3".split()
+        units = 4 * " quaternion" if at is not None else "m m m" + 4 * " quaternion"
+        q = self._coordinates(coordinates or " ".join(f"{name}_{c}" for c in letters), units)
+        if len(q) != len(letters):
             raise ModelError(
                 self.model.name,
                 f"body '{name}'",
                 f"{len(q)} coordinates are named",
-                "Name seven: x y z p0 p1 p2 p3",
+                f"Name {'four' if at is not None else 'seven'}: {' '.join(letters)}",
             )
-        v = self.model.velocities[-7:]
-        r, p = q[:3], q[3:]
-        r_dot, p_dot = v[:3], v[3:]
+        v = self.model.velocities[-len(q) :]
+        p, p_dot = q[-4:], v[-4:]
+        place = base.point(*(q[:3] if at is None else at))
+        slide = v[:3] if at is None else self._rates(self.vector(f"frame '{name}'", at))
         self._quaternions[name] = self.model.coordinate_names[-4:]
-        # Angular velocity in the body's frame: omega = 2 H(p) p_dot.
-        omega = tuple(2 * dot(row, p_dot) for row in _H(p))
         self.model.constraint(f"{name}_unit", dot(p, p) - 1)
-        T = mass * dot(r_dot, r_dot) / 2
-        T = T + _quadratic(J, omega) / 2
-        T = T + (J[0][0] + J[1][1] + J[2][2]) * dot(p, p_dot) ** 2
-        self.add_energy(T, -mass * dot(self.gravity, r))
-        # In the fixed frame: 2 E(p) p_dot, which is A omega where |p| = 1, and bilinear.
+        self.add_energy(weight * dot(p, p_dot) ** 2)
+        # In the parent: 2 E(p) p_dot, which is A omega where |p| = 1, and bilinear.
         spin = tuple(2 * dot(row, p_dot) for row in _E(p))
-        frame = Frame(name, self.algebra, r, r_dot, _rotation(p), spin)
-        self._inertias[frame] = J
-        self.looks.body(frame)
-        return frame
+        if parent is None:  # without products with zeros and ones
+            origin = tuple(q[:3] if at is None else at)
+            return Frame(name, self.algebra, origin, tuple(slide), _rotation(p), spin)
+        return Frame(
+            name,
+            self.algebra,
+            place.position,
+            add(place.velocity, base.direction(*slide)),
+            multiply(base.axes, _rotation(p)),
+            add(base.spin, base.direction(*spin)),
+        )
 
     def outputs(self, body: Frame) -> None:
         """Add the rotation of a body to the outputs of the model.

@@ -53,7 +53,8 @@ def write_gallery(_: Any) -> None:
         if page.is_file():
             shown = (
                 f'<iframe src="../moving/{name}.html" title="{name} moves" '
-                'style="width:100%;height:30rem;border:0"></iframe>'
+                'style="width:100%;height:42rem;border:1px solid #d8dde3" loading="lazy"></iframe>\n\n'
+                f'<a href="../moving/{name}.html">The page alone</a>'
             )
         elif film.is_file():
             shown = f"![{name} moves](../extra/moving/{name}.gif)"

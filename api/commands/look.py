@@ -148,24 +148,23 @@ def gallery(*names: str, out: Path, moving: Switch = False) -> None:
     out
         Folder for the pictures.
     moving
-        Pages that move instead, of models in the plane; films of those in space.
+        Pages in which the models run instead, as 'signorini web' writes them.
     """
+    from signorini.commands.ways import events_of
     from signorini.locate import find_model, shipped
     from signorini.picture import draw
+    from signorini.web import page_of
     from signorini.workflow import build
 
     console = Console()
     out.mkdir(parents=True, exist_ok=True)
     for name in track(names or shipped(), "drawing", console=console, transient=True):
         chosen = find_model(name)
-        traj = build(chosen).simulate(**chosen.suggested)
-        if not moving:
-            draw(traj, out / f"{name}.png")
+        if moving:
+            stepper = build(chosen, stages=2, events=events_of(chosen))
+            about = Grid().over(chosen.suggested)
+            page = page_of(stepper, dt=about["dt"], t_end=about["t_end"], inputs=about["inputs"])
+            (out / f"{name}.html").write_text(page, encoding="utf-8")
         else:
-            places = traj.stepper.evaluate("shapes", traj.t[0], traj.q[0])
-            if places.shape[-1] == 3:  # a short film, of few frames
-                lasts = float(traj.t[-1] - traj.t[0])
-                traj.animate(out / f"{name}.gif", fps=6, speed=lasts / 4)
-            else:
-                traj.animate(out / f"{name}.html")
+            draw(build(chosen).simulate(**chosen.suggested), out / f"{name}.png")
     console.print(f"pictures: {out}", markup=False, highlight=False)

@@ -4,8 +4,15 @@ from pathlib import Path
 from typing import Literal
 
 from rich.console import Console
+from signorini.codegen.frontend.model import Model
+from signorini.codegen.frontend.validate import freeze
 from signorini.commands.base import Grid, Switch, Whole, app
 from signorini.runtime.errors import RunError
+
+
+def events_of(model: Model) -> str:
+    """How a unit or a page treats impacts: located, unless the model has compliant rows."""
+    return "captured" if freeze(model).compliances else "located"
 
 
 @app.command
@@ -48,7 +55,7 @@ def fmu(
     suggested = grid.over(chosen.suggested)
     console = Console()
     with console.status(f"generating and compiling {model}"):
-        stepper = build(chosen, stages=stages, events="located")
+        stepper = build(chosen, stages=stages, events=events_of(chosen))
         write_fmu(
             stepper, path, fmi=int(fmi), dt=suggested["dt"], t_end=suggested["t_end"],
             binary=not sources_only,
@@ -91,7 +98,7 @@ def web(
     suggested = grid.over(chosen.suggested)
     console = Console()
     with console.status(f"generating and compiling {model}"):
-        stepper = build(chosen, stages=stages, events="located")
+        stepper = build(chosen, stages=stages, events=events_of(chosen))
         path = write_page(
             stepper, folder, dt=suggested["dt"], t_end=suggested["t_end"],
             inputs=suggested["inputs"], parameters=grid.parameters,

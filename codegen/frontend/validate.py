@@ -216,8 +216,9 @@ class _Freezer:
     def force(self) -> ca.SX:
         total = ca.SX.zeros(len(self.model.q), 1)
         for entries in self.model.forces:
+            # coordinates that were declared later get no part of it
             for k, (name, entry) in enumerate(
-                zip(self.model.coordinate_names, entries, strict=True)
+                zip(self.model.coordinate_names, entries, strict=False)
             ):
                 total[k] += self.scalar(f"the force on '{name}'", entry, "tqvup")
         return total

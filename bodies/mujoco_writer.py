@@ -1,0 +1,456 @@
+"""One compiled model of MuJoCo, written as a model of ours."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from signorini.bodies.algebra import is_zero, subtract
+from signorini.bodies.frames import Frame, Point
+from signorini.bodies.shapes import Ellipsoid, Plane, Round
+from signorini.bodies.spatial import Spatial
+from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.model import Model
+
+# Numbers that MuJoCo has for kinds of things.
+_FREE, _BALL, _SLIDE, _HINGE = range(4)
+_PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(8)
+_CONNECT, _WELD, _JOINT, _TENDON = range(4)
+_NAMES = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
+
+
+@dataclass
+class Imported:
+    """A robot from a file.
+
+    Attributes
+    ----------
+    model : Model
+        Contacts, outputs and another initial state may be added to it.
+    world : Spatial
+        The scene that it was written with.
+    frames : dict of Frame
+        Of every body, by its name in the file, as the file places it.
+    coordinates : dict of str to tuple of str
+        Names of the coordinates of each joint.
+    left_out : list of str
+        What the file has and the model has not, each with the reason.
+    """
+
+    model: Model
+    world: Spatial
+    frames: dict[str, Frame] = field(default_factory=dict)
+    coordinates: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+
+
+def clean(name: str) -> str:
+    """A name that C and Python can have."""
+    word = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "part"
+    return f"n{word}" if word[0].isdigit() else word
+
+
+class Writer:
+    """Writes the bodies, joints, actuators and contacts of a compiled model."""
+
+    def __init__(
+        self,
+        m: Any,
+        name: str,
+        contacts: bool,
+        pairs: list[tuple[str, str]],
+        e_N: float,
+        meshes: str | None,
+        keyframe: str | None,
+        start: Mapping[str, float],
+    ) -> None:
+        import mujoco
+
+        self.m, self.mujoco = m, mujoco
+        self.contacts, self.pairs, self.meshes, self.start = contacts, pairs, meshes, start
+        self.taken: set[str] = set()
+        model = Model(name, symbols="casadi")
+        off = m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+        gravity = (0.0, 0.0, 0.0) if off else tuple(map(float, m.opt.gravity))
+        self.out = Imported(model, Spatial(model, gravity))
+        self.model, self.world = model, self.out.world
+        (self.e_N,) = model.parameters(e_N=e_N)
+        self.frames: list[Frame] = [self.world.ground]
+        self.joints: dict[int, list[int]] = {}  # coordinates of a joint, as numbers
+        self.q0 = self._configuration(keyframe)
+
+    def _named(self, kind: str, k: int, fallback: str) -> str:
+        """A name of the file that C can have, once."""
+        objects = getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}")
+        said = self.mujoco.mj_id2name(self.m, objects, k) or fallback
+        word = clean(said)
+        base, count = word, 1
+        while word in self.taken:
+            count += 1
+            word = f"{base}_{count}"
+        self.taken.add(word)
+        return word
+
+    def _said(self, kind: str, k: int) -> str:
+        objects = getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}")
+        return str(self.mujoco.mj_id2name(self.m, objects, k) or f"number {k}")
+
+    def _leave(self, what: str, why: str) -> None:
+        self.out.left_out.append(f"{what}: {why}")
+
+    def _configuration(self, keyframe: str | None) -> np.ndarray:
+        if keyframe is None:
+            return np.array(self.m.qpos0)
+        names = [self._said("KEY", k) for k in range(self.m.nkey)]
+        if keyframe not in names:
+            raise ModelError(
+                self.model.name,
+                f"keyframe '{keyframe}'",
+                "is not in the file",
+                f"Give one of: {', '.join(names) or 'it has none'}",
+            )
+        return np.array(self.m.key_qpos[names.index(keyframe)])
+
+    def write(self) -> Imported:
+        for body in range(1, self.m.nbody):
+            self._body(body)
+        self._limits()
+        self._equalities()
+        self._actuators()
+        self._contacts()
+        for kind, count in (
+            ("tendon", self.m.ntendon), ("skin", self.m.nskin), ("flexible body", self.m.nflex),
+            ("plugin", self.m.nplugin),
+        ):  # fmt: skip
+            if count:
+                self._leave(f"{count} {kind}(s)", "there is no counterpart")
+        if np.any(self.m.body_gravcomp):
+            self._leave("gravity compensation", "add a force of your own")
+        if self.m.opt.density or self.m.opt.viscosity or np.any(self.m.opt.wind):
+            self._leave("the medium (density, viscosity, wind)", "add a force of your own")
+        self._start()
+        return self.out
+
+    # --- bodies and joints ---
+
+    def _turned(self, parent: Frame, name: str, quat: np.ndarray, at: Sequence[Any]) -> Frame:
+        """A frame at rest in its parent; without turning where the file does not turn it."""
+        angle = 2 * np.arccos(np.clip(abs(quat[0]), 0, 1))
+        axis = np.sign(quat[0] or 1) * quat[1:]
+        if np.linalg.norm(axis) < 1e-12:
+            angle, axis = 0.0, np.array([0.0, 0.0, 1.0])
+        if angle == 0.0:
+            if not np.any(np.asarray(at, dtype=float)):
+                return parent
+            place = parent.point(*at)
+            return Frame(
+                name, parent.algebra, place.position, place.velocity, parent.axes, parent.spin
+            )
+        return self.world.frame(name, tuple(map(float, axis)), float(angle), tuple(at), parent)
+
+    def _body(self, body: int) -> None:
+        m, name = self.m, self._named("BODY", body, f"body_{body}")
+        parent = self.frames[m.body_parentid[body]]
+        at = tuple(map(float, m.body_pos[body]))
+        frame = self._turned(parent, name, m.body_quat[body], at)
+        first, count = m.body_jntadr[body], m.body_jntnum[body]
+        for joint in range(first, first + count):
+            frame = self._joint(frame, joint, body, name)
+        self.frames.append(frame)
+        self.out.frames[self._said("BODY", body)] = frame
+        mass, inertia = float(m.body_mass[body]), np.array(m.body_inertia[body])
+        if mass <= 0:
+            if np.any(inertia > 0):
+                self._leave(f"inertia of body '{name}'", "it has no mass")
+            return
+        nine = np.zeros(9)
+        self.mujoco.mju_quat2Mat(nine, m.body_iquat[body])
+        R = nine.reshape(3, 3)
+        J = R @ np.diag(inertia) @ R.T
+        place = tuple(map(float, m.body_ipos[body]))
+        centre = self._turned(frame, name, np.array([1.0, 0, 0, 0]), place)
+        if not np.all(inertia > 0):
+            # a point, or a line: what does not turn has no energy of turning
+            self.world.particle(name, mass, frame.point(*place))
+            return
+        rows = [[float((J[i, j] + J[j, i]) / 2) for j in range(3)] for i in range(3)]
+        self.world.body(name, mass, rows, frame=centre)
+
+    def _joint(self, frame: Frame, joint: int, body: int, owner: str) -> Frame:
+        m, world = self.m, self.world
+        kind = m.jnt_type[joint]
+        name = self._named("JOINT", joint, f"{owner}_joint" if kind != _FREE else f"{owner}_free")
+        before = len(self.model.q)
+        anchor = tuple(map(float, m.jnt_pos[joint]))
+        axis = tuple(map(float, m.jnt_axis[joint]))
+        if kind in (_FREE, _BALL):
+            # the subtree turns with it
+            weight = float(np.sum(m.body_inertia[body])) + float(m.body_mass[body]) * float(
+                np.sum(np.square(m.body_ipos[body]))
+            )
+            weight = max(weight, 1e-9)
+            if kind == _FREE:
+                frame = world.floating(name, weight)
+            else:
+                turned = world.floating(name, weight, parent=frame, at=anchor)
+                back = turned.point(*(-x for x in anchor))
+                frame = Frame(
+                    name, turned.algebra, back.position, back.velocity, turned.axes, turned.spin
+                )
+            if np.any(m.dof_damping[m.jnt_dofadr[joint]]) or m.jnt_stiffness[joint]:
+                self._leave(f"damping and stiffness of joint '{name}'", "it has a quaternion")
+            if m.dof_armature[m.jnt_dofadr[joint]] or m.dof_frictionloss[m.jnt_dofadr[joint]]:
+                self._leave(f"armature and friction of joint '{name}'", "it has a quaternion")
+        else:
+            (q,) = self.model.coordinates(name, units="rad" if kind == _HINGE else "m")
+            moved = q - float(m.qpos0[m.jnt_qposadr[joint]])
+            if kind == _HINGE:
+                turned = world.frame(name, axis, moved, anchor, frame)
+                frame = self._turned(
+                    turned, name, np.array([1.0, 0, 0, 0]), tuple(-x for x in anchor)
+                )
+            else:
+                frame = world.frame(name, at=tuple(x * moved for x in axis), parent=frame)
+            self._scalar(joint, name, q, self.model.velocities[-1])
+        self.joints[joint] = list(range(before, len(self.model.q)))
+        self.out.coordinates[self._said("JOINT", joint)] = tuple(
+            self.model.coordinate_names[before:]
+        )
+        return frame
+
+    def _scalar(self, joint: int, name: str, q: Any, v: Any) -> None:
+        """Armature, stiffness, damping and dry friction of a hinge or slide."""
+        m, dof = self.m, self.m.jnt_dofadr[joint]
+        if m.dof_armature[dof]:
+            self.world.add_energy(float(m.dof_armature[dof]) * v**2 / 2)
+        if m.jnt_stiffness[joint]:
+            rest = float(m.qpos_spring[m.jnt_qposadr[joint]])
+            self.world.add_energy(0, float(m.jnt_stiffness[joint]) * (q - rest) ** 2 / 2)
+        if m.dof_damping[dof]:
+            self.model.force({name: -float(m.dof_damping[dof]) * v})
+        if m.dof_frictionloss[dof]:
+            self.model.friction(f"{name}_dry", gamma_F=v, bound=float(m.dof_frictionloss[dof]))
+
+    def _coordinate(self, joint: int) -> tuple[Any, Any, str]:
+        """Coordinate, velocity and name of a hinge or slide."""
+        k = self.joints[joint][0]
+        return self.model.q[k], self.model.velocities[k], self.model.coordinate_names[k]
+
+    def _limits(self) -> None:
+        for joint, kind in enumerate(self.m.jnt_type):
+            if not self.m.jnt_limited[joint]:
+                continue
+            said = self._said("JOINT", joint)
+            if kind not in (_HINGE, _SLIDE):
+                self._leave(f"limit of joint '{said}'", "it has a quaternion")
+                continue
+            q, _, name = self._coordinate(joint)
+            low, high = map(float, self.m.jnt_range[joint])
+            self.model.contact(f"{name}_lower", g_N=q - low, e_N=self.e_N)
+            self.model.contact(f"{name}_upper", g_N=high - q, e_N=self.e_N)
+
+    def _equalities(self) -> None:
+        m = self.m
+        for k in range(m.neq):
+            said = self._said("EQUALITY", k)
+            if not m.eq_active0[k]:
+                self._leave(f"equality '{said}'", "it is not active")
+                continue
+            data = [float(x) for x in m.eq_data[k]]
+            one, other = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+            if m.eq_type[k] == _JOINT:
+                q, _, _ = self._coordinate(one)
+                moved = q - float(m.qpos0[m.jnt_qposadr[one]])
+                follows: Any = data[0]
+                if other >= 0:
+                    p, _, _ = self._coordinate(other)
+                    x = p - float(m.qpos0[m.jnt_qposadr[other]])
+                    follows = sum(c * x**i for i, c in enumerate(data[:5]))
+                self.model.constraint(self._named("EQUALITY", k, f"equality_{k}"), moved - follows)
+            elif m.eq_type[k] == _CONNECT and m.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_BODY:
+                a = self.frames[one].point(*data[0:3])
+                b = self.frames[other].point(*data[3:6])
+                apart = subtract(a.position, b.position)
+                # a mechanism that is plane has nothing to say of the third direction
+                rows = [row for row in apart if not is_zero(row)]
+                self.model.constraint(self._named("EQUALITY", k, f"equality_{k}"), rows)
+            else:
+                self._leave(f"equality '{said}'", "only joints and connected points are taken")
+
+    def _actuators(self) -> None:
+        m, kinds = self.m, self.mujoco
+        for k in range(m.nu):
+            said = self._said("ACTUATOR", k)
+            joint = int(m.actuator_trnid[k, 0])
+            gains = (int(kinds.mjtGain.mjGAIN_FIXED), int(kinds.mjtGain.mjGAIN_AFFINE))
+            biases = (int(kinds.mjtBias.mjBIAS_NONE), int(kinds.mjtBias.mjBIAS_AFFINE))
+            whole = (
+                m.actuator_trntype[k] == kinds.mjtTrn.mjTRN_JOINT
+                and m.jnt_type[joint] in (_HINGE, _SLIDE)
+                and m.actuator_dyntype[k] == kinds.mjtDyn.mjDYN_NONE
+                and m.actuator_gaintype[k] in gains
+                and m.actuator_biastype[k] in biases
+            )
+            if not whole:
+                self._leave(f"actuator '{said}'", "only gains on hinges and slides are taken")
+                continue
+            q, v, name = self._coordinate(joint)
+            gear = float(m.actuator_gear[k, 0])
+            (u,) = self.model.inputs(self._named("ACTUATOR", k, f"u_{k}"))
+            if m.actuator_ctrllimited[k]:
+                low, high = map(float, m.actuator_ctrlrange[k])
+                u = self.world.algebra.minimum(self.world.algebra.maximum(u, low), high)
+            length, rate = gear * q, gear * v
+            gain: Any = float(m.actuator_gainprm[k, 0])
+            if m.actuator_gaintype[k] == kinds.mjtGain.mjGAIN_AFFINE:
+                gain = gain + float(m.actuator_gainprm[k, 1]) * length
+                gain = gain + float(m.actuator_gainprm[k, 2]) * rate
+            force = gain * u
+            if m.actuator_biastype[k] == kinds.mjtBias.mjBIAS_AFFINE:
+                bias = [float(x) for x in m.actuator_biasprm[k, :3]]
+                force = force + bias[0] + bias[1] * length + bias[2] * rate
+            self.model.force({name: gear * force})
+            if m.actuator_forcelimited[k] or m.jnt_actfrclimited[joint]:
+                self._leave(f"limit of the force of actuator '{said}'", "it is not kept")
+
+    # --- contacts ---
+
+    def _moves(self, geom: int) -> bool:
+        return bool(self.m.body_weldid[self.m.geom_bodyid[geom]] != 0)
+
+    def _collide(self, a: int, b: int) -> bool:
+        m = self.m
+        return bool(
+            (m.geom_contype[a] & m.geom_conaffinity[b])
+            or (m.geom_contype[b] & m.geom_conaffinity[a])
+        )
+
+    def _contacts(self) -> None:
+        m = self.m
+        planes = [k for k in range(m.ngeom) if m.geom_type[k] == _PLANE and not self._moves(k)]
+        for plane in planes if self.contacts else []:
+            wall = self._plane(plane)
+            for geom in range(m.ngeom):
+                if self._moves(geom) and self._collide(plane, geom):
+                    self._touch(geom, plane, wall, len(planes) > 1)
+        others = [
+            k
+            for k in range(m.ngeom)
+            if m.geom_type[k] != _PLANE and (m.geom_contype[k] or m.geom_conaffinity[k])
+        ]
+        wanted = {frozenset(pair) for pair in self.pairs}
+        for one, other in self.pairs:
+            self._pair(one, other)
+        between = sum(
+            self._collide(a, b)
+            and m.body_weldid[m.geom_bodyid[a]] != m.body_weldid[m.geom_bodyid[b]]
+            and frozenset((self._said("GEOM", a), self._said("GEOM", b))) not in wanted
+            for i, a in enumerate(others)
+            for b in others[i + 1 :]
+        )
+        if between:
+            self._leave(
+                f"{between} pairs of geoms that may collide", "name balls in pairs=[(one, other)]"
+            )
+
+    def _plane(self, geom: int) -> Plane:
+        frame, at, R = self._place(geom)
+        return self.world.plane(frame.point(*at), frame.direction(*map(float, R[:, 2])))
+
+    def _place(self, geom: int) -> tuple[Frame, tuple[float, ...], np.ndarray]:
+        m, nine = self.m, np.zeros(9)
+        self.mujoco.mju_quat2Mat(nine, m.geom_quat[geom])
+        frame = self.frames[m.geom_bodyid[geom]]
+        nine[np.abs(nine) < 1e-15] = 0.0  # right angles of the file, but for round-off
+        return frame, tuple(map(float, m.geom_pos[geom])), nine.reshape(3, 3)
+
+    def _parts(self, geom: int) -> list[tuple[str, Any]]:
+        """What of a geom can touch a plane first: balls, coins, corners, an ellipsoid."""
+        m = self.m
+        frame, at, R = self._place(geom)
+        size = [float(x) for x in m.geom_size[geom]]
+        kind = m.geom_type[geom]
+
+        def point(*place: float) -> Point:
+            return frame.point(*map(float, np.asarray(at) + R @ np.asarray(place)))
+
+        if kind == _SPHERE:
+            return [("", Round(point(0, 0, 0), size[0]))]
+        if kind == _CAPSULE:
+            ends = (("_top", size[1]), ("_bottom", -size[1]))
+            return [(word, Round(point(0, 0, z), size[0])) for word, z in ends]
+        if kind in (_ELLIPSOID, _CYLINDER):
+            quat = np.array(m.geom_quat[geom])
+            name = frame.name
+
+            def turned(z: float) -> Frame:
+                place = tuple(map(float, np.asarray(at) + R @ np.array([0, 0, z])))
+                return self._turned(frame, name, quat, place)
+
+            if kind == _ELLIPSOID:
+                return [("", Ellipsoid(turned(0.0), tuple(size)))]
+            coin = (size[0], size[0], 0.0)
+            ends = (("_top", size[1]), ("_bottom", -size[1]))
+            return [(word, Ellipsoid(turned(z), coin)) for word, z in ends]
+        if kind == _BOX or (kind == _MESH and self.meshes == "box"):
+            middle = np.zeros(3) if kind == _BOX else np.array(m.geom_aabb[geom][:3])
+            half = np.array(size if kind == _BOX else m.geom_aabb[geom][3:])
+            signs = [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
+            return [
+                (f"_{n}", point(*(middle + half * np.array(sign)))) for n, sign in enumerate(signs)
+            ]
+        return []
+
+    def _touch(self, geom: int, plane: int, wall: Plane, several: bool) -> None:
+        m = self.m
+        parts = self._parts(geom)
+        said = m.geom_type[geom]
+        if not parts:
+            hint = " (meshes='box' takes its box)" if said == _MESH else ""
+            self._leave(
+                f"contact of geom '{self._said('GEOM', geom)}'", f"it is a {_NAMES[said]}{hint}"
+            )
+            return
+        mu = float(max(m.geom_friction[geom, 0], m.geom_friction[plane, 0]))
+        base = self._named("GEOM", geom, f"{self.frames[m.geom_bodyid[geom]].name}_geom")
+        if several:
+            base = f"{base}_on_{clean(self._said('GEOM', plane))}"
+        for word, part in parts:
+            self.world.contact(f"{base}{word}", part, wall, mu=mu, e_N=self.e_N)
+
+    def _pair(self, one: str, other: str) -> None:
+        names = [self._said("GEOM", k) for k in range(self.m.ngeom)]
+        for word in (one, other):
+            if word not in names or self.m.geom_type[names.index(word)] != _SPHERE:
+                raise ModelError(
+                    self.model.name,
+                    f"pair ({one}, {other})",
+                    f"'{word}' is no ball of the file",
+                    "Name geoms that are spheres",
+                )
+        a, b = names.index(one), names.index(other)
+        mu = float(max(self.m.geom_friction[a, 0], self.m.geom_friction[b, 0]))
+        (_, first), (_, second) = self._parts(a)[0], self._parts(b)[0]
+        name = f"{clean(one)}_{clean(other)}"
+        self.world.contact(name, first, second, mu=mu, e_N=self.e_N)
+
+    # --- the start ---
+
+    def _within(self, joint: int, x: float) -> float:
+        """A start within the range of a hinge or slide."""
+        if self.m.jnt_type[joint] not in (_HINGE, _SLIDE) or not self.m.jnt_limited[joint]:
+            return x
+        inside = float(np.clip(x, *self.m.jnt_range[joint]))
+        if inside != x:
+            said = self._said("JOINT", joint)
+            self._leave(f"start of joint '{said}' at {x:g}", f"moved into its range, to {inside:g}")
+        return inside
+
+    def _start(self) -> None:
+        q: dict[str, float] = {}
+        for joint, numbers in self.joints.items():
+            first = self.m.jnt_qposadr[joint]
+            for i, k in enumerate(numbers):
+                q[self.model.coordinate_names[k]] = self._within(joint, float(self.q0[first + i]))
+        self.model.initial_state(q=q | dict(self.start))

@@ -1,0 +1,386 @@
+"""Robots from MJCF and URDF: what MuJoCo says of the same files, closed forms of gaps, refusals."""
+
+import importlib.metadata
+import importlib.util
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+import signorini as sg
+from signorini.bodies import Imported, from_mjcf, from_urdf
+from signorini.codegen.derive.quantities import Derivation
+from signorini.codegen.frontend.validate import freeze
+
+mujoco = pytest.importorskip("mujoco", reason="pip install 'signorini[robots]'")
+Build = Callable[..., sg.Stepper]
+
+ARM = """<mujoco model="bent arm"><compiler angle="radian"/><worldbody>
+<body name="base" pos=".1 .2 .3" quat=".9 .1 .2 .3">
+ <inertial pos=".01 .02 .03" mass="2" diaginertia=".02 .03 .04" quat=".8 .1 .3 .2"/>
+ <joint name="yaw" axis="0 0 1" pos=".05 0 0" armature=".02" damping=".3" stiffness="2"
+        springref=".3"/>
+ <body name="upper" pos="0 .1 .4" quat=".7 .7 0 0">
+  <inertial pos="0 .1 .2" mass="1.5" fullinertia=".02 .03 .015 .001 .002 -.001"/>
+  <joint name="pitch/2" axis="0 1 .2" ref=".2"/>
+  <joint name="slide" type="slide" axis="1 0 .3"/>
+  <body name="tip" pos=".3 0 0"><inertial pos="0 0 .1" mass=".7" diaginertia=".003 .004 .005"/>
+   <joint name="roll" axis="1 0 0" pos="0 .02 .01"/></body>
+ </body></body></worldbody>
+<actuator><motor joint="yaw" name="drive" gear="3" ctrllimited="true" ctrlrange="-1 .5"/>
+ <position joint="pitch/2" name="servo" kp="5" kv=".4"/></actuator></mujoco>"""
+
+FLYER = """<mujoco model="flyer"><option gravity=".3 .1 -9"/><worldbody>
+<body name="hull" pos="0 0 1"><freejoint name="free"/>
+ <inertial pos=".05 -.02 .03" mass="2" diaginertia=".05 .06 .04" quat=".9 .3 .2 .1"/>
+ <body name="leg" pos=".2 0 0" quat=".8 0 .6 0"><joint name="hip" axis="0 1 0" pos=".01 0 .02"/>
+  <inertial pos="0 0 -.1" mass=".5" diaginertia=".004 .005 .001"/>
+  <body name="foot" pos="0 0 -.2"><joint name="ankle" type="ball" pos="0 .01 .02"/>
+   <inertial pos=".02 0 -.03" mass=".3" diaginertia=".002 .003 .001"/></body></body>
+</body></worldbody></mujoco>"""
+
+
+def drawn(m: Any, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A configuration and velocities of MuJoCo's model."""
+    rng = np.random.default_rng(seed)
+    q, v = np.array(m.qpos0), rng.normal(size=m.nv)
+    mujoco.mj_integratePos(m, q, rng.normal(size=m.nv), 0.5)
+    return q, v
+
+
+def rates(m: Any, q: np.ndarray) -> np.ndarray:
+    """The matrix T with q_dot = T v, by central differences."""
+    h, columns = 1e-5, []
+    for k in range(m.nv):
+        ends = []
+        for sign in (1, -1):
+            end, v = q.copy(), np.zeros(m.nv)
+            v[k] = sign
+            mujoco.mj_integratePos(m, end, v, h)
+            ends.append(end)
+        columns.append((ends[0] - ends[1]) / (2 * h))
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize(
+    ("text", "tolerance"), [(ARM, 1e-12), pytest.param(FLYER, 1e-7, marks=pytest.mark.thorough)]
+)
+def test_masses_and_motions_are_mujocos(text: str, tolerance: float) -> None:
+    """Mass matrices at drawn places; a run without contact against fine steps of MuJoCo."""
+    imported = from_mjcf(text)
+    stepper = sg.build(imported.model, stages=3)
+    m = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(m)
+    assert imported.left_out == []
+    for seed in range(3):
+        q, v = drawn(m, seed)
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(m, data)
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, data, M)
+        T = rates(m, q) if m.nq > m.nv else np.eye(m.nv)
+        found = T.T @ stepper.evaluate("p_v", 0.0, q, T @ v) @ T
+        np.testing.assert_allclose(found, M, rtol=0, atol=tolerance)
+    inputs = np.array([0.7, 0.4])[: m.nu]
+    data.ctrl[:] = inputs
+    m.opt.timestep, m.opt.integrator = 1e-4, mujoco.mjtIntegrator.mjINT_RK4
+    for _ in range(3000):
+        mujoco.mj_step(m, data)
+    traj = stepper.simulate(
+        t_end=0.3, dt=1e-3, q0=q, v0=T @ v, inputs=(lambda t, q, v: inputs) if m.nu else None
+    )
+    np.testing.assert_allclose(traj.q[-1], data.qpos, rtol=0, atol=1e-7)
+
+
+# --- public robots, from packages that bring them -------------------------------------------------
+
+
+IMPOSSIBLE = "anymal_c_simple_description/urdf/anymal.urdf"
+
+
+@pytest.mark.slow
+def test_a_robot_with_an_inertia_that_no_body_has_is_refused() -> None:
+    with pytest.raises(sg.ModelError, match=r"A \+ B >= C.*\s.*depth_camera_front_camera"):
+        from_urdf(robot_file(IMPOSSIBLE))
+
+
+def robot_file(name: str) -> Path:
+    """A file of a package; the test is skipped where the package is missing."""
+    if name.endswith(".xml"):
+        pytest.importorskip("dm_control", reason="pip install dm_control")
+        found = importlib.util.find_spec("dm_control")
+        assert found is not None and found.submodule_search_locations
+        return Path(found.submodule_search_locations[0]) / "suite" / name
+    try:
+        robots = importlib.metadata.distribution("example-robot-data")
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("pip install example-robot-data")
+    share = Path("cmeel.prefix/share/example-robot-data/robots")
+    return Path(str(robots.locate_file(share / name)))
+
+
+ROBOTS = (
+    ("panda_description/urdf/panda.urdf", False),
+    ("a1_description/urdf/a1.urdf", True),
+    ("go2_description/urdf/go2.urdf", True),
+    ("ur_description/urdf/ur5_robot.urdf", False),
+    ("laikago_description/urdf/laikago.urdf", True),
+    ("go1_description/urdf/go1.urdf", True),
+    ("solo_description/robots/solo12.urdf", True),
+    ("cheetah.xml", None),
+    ("hopper.xml", None),
+    ("walker.xml", None),
+    ("acrobot.xml", None),
+    ("quadruped.xml", None),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "floating"), ROBOTS)
+def test_public_robots(name: str, floating: bool | None) -> None:
+    """Mass matrices and forces of gravity and springs at drawn places are MuJoCo's."""
+    path = robot_file(name)
+    if floating is None:
+        imported, m = from_mjcf(path, contacts=False), mujoco.MjModel.from_xml_path(str(path))
+    else:
+        placeholder = ["base"] if "go1" in name else []
+        imported = from_urdf(path, floating=floating, massless=placeholder)
+        text = path.read_text()
+        if floating:
+            root = ET.fromstring(text).find("link").attrib["name"]
+            free = (
+                '<link name="W"/><joint name="F" type="floating"><parent link="W"/>'
+                f'<child link="{root}"/></joint></robot>'
+            )
+            text = text.replace("</robot>", free)
+        for link in placeholder:
+            first = text.index("<inertial>", text.index(f'<link name="{link}"'))
+            last = text.index("</inertial>", first) + len("</inertial>")
+            text = text[:first] + text[last:]
+        spec = mujoco.MjSpec.from_string(text)
+        for thing in [*spec.geoms, *spec.meshes]:
+            spec.delete(thing)
+        m = spec.compile()
+    derived = Derivation(freeze(imported.model))
+    of = derived.data
+    values = ca.Function("values", [of.t, of.q, of.v, of.par], [derived["p_v"], derived["L_q"]])
+    data = mujoco.MjData(m)
+    for seed in range(3):
+        q, _ = drawn(m, seed)
+        data.qpos[:] = q
+        mujoco.mj_forward(m, data)
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, data, M)
+        T = rates(m, q) if m.nq > m.nv else np.eye(m.nv)
+        masses, forces = (np.array(x) for x in values(0, q, np.zeros(len(q)), [0.0]))
+        np.testing.assert_allclose(T.T @ masses @ T, M, rtol=0, atol=1e-8 * np.abs(M).max())
+        exact = data.qfrc_spring - data.qfrc_bias
+        np.testing.assert_allclose(
+            (T.T @ forces).ravel(), exact, rtol=0, atol=1e-8 * max(1, np.abs(exact).max())
+        )
+
+
+def test_names_and_where_they_are_from() -> None:
+    imported = from_mjcf(ARM, name="arm-2")
+    assert imported.model.name == "arm_2" and from_mjcf(ARM).model.name == "bent_arm"
+    assert imported.coordinates["pitch/2"] == ("pitch_2",)
+    assert list(imported.frames) == ["base", "upper", "tip"]
+    assert imported.model.input_names == ["drive", "servo"]
+
+
+TILTED = """<mujoco model="shapes"><worldbody>
+<geom name="floor" type="plane" size="1 1 1" euler="0 30 0" friction=".2 0 0"/>
+<body pos="1 0 2"><joint name="a" type="slide" axis="0 0 1"/>
+ <geom name="ball" type="sphere" size=".2" pos=".1 0 0" mass="1" friction=".7 0 0"/></body>
+<body pos="1 0 2" quat=".8 .6 0 0"><joint name="b" type="slide" axis="0 0 1"/>
+ <geom name="rod" type="capsule" size=".1 .3" mass="1"/></body>
+<body pos="1 0 2"><joint name="c" type="slide" axis="0 0 1"/>
+ <geom name="brick" type="box" size=".1 .2 .3" euler="10 20 30" mass="1"/></body>
+<body pos="1 0 2"><joint name="d" type="slide" axis="0 0 1"/>
+ <geom name="egg" type="ellipsoid" size=".1 .2 .3" euler="10 20 30" mass="1"/></body>
+<body pos="1 0 2"><joint name="e" type="slide" axis="0 0 1"/>
+ <geom name="drum" type="cylinder" size=".2 .3" euler="10 20 30" mass="1"/></body>
+</worldbody></mujoco>"""
+
+
+def test_gaps_of_all_primitives_to_a_tilted_plane() -> None:
+    """The least distance over what a geom can touch the plane with is what MuJoCo says."""
+    imported = from_mjcf(TILTED)
+    stepper = sg.build(imported.model, stages=2)
+    m = mujoco.MjModel.from_xml_string(TILTED)
+    data = mujoco.MjData(m)
+    q = np.array([0.1, -0.2, 0.3, 0.0, -0.1])
+    data.qpos[:] = q
+    mujoco.mj_forward(m, data)
+    gaps = dict(zip(
+        [c["name"] for c in stepper.manifest["contacts"]], stepper.evaluate("g_N", 0.0, q),
+        strict=True,
+    ))  # fmt: skip
+    for geom, count in (("ball", 1), ("rod", 2), ("brick", 8), ("egg", 1), ("drum", 2)):
+        own = [gap for name, gap in gaps.items() if name.split("_")[0] == geom]
+        assert len(own) == count
+        ids = [mujoco.mj_name2id(m, mujoco.mjtObj.mjOBJ_GEOM, x) for x in ("floor", geom)]
+        exact = mujoco.mj_geomDistance(m, data, ids[0], ids[1], 10.0, None)
+        assert min(own) == pytest.approx(exact, abs=1e-6), geom
+    mu = stepper.evaluate("mu", 0.0, q, np.zeros(5))
+    assert mu[list(gaps).index("ball")] == 0.7
+    # ten pairs of the five geoms could meet each other
+    assert imported.left_out == [
+        "10 pairs of geoms that may collide: name balls in pairs=[(one, other)]"
+    ]
+
+
+@pytest.mark.thorough
+def test_it_falls_and_rests() -> None:
+    """A box on the floor, a hinge against its limit with dry friction: no penetration, at rest."""
+    text = """<mujoco model="rests"><compiler angle="radian"/><worldbody>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="box" pos="0 0 .5"><freejoint/>
+     <geom name="g" type="box" size=".1 .15 .2" mass="2"/></body>
+    <body name="arm" pos="3 0 2"><joint name="hinge" axis="0 1 0" range="-.4 1" frictionloss=".05"/>
+     <geom type="capsule" size=".05" fromto="0 0 0 .5 0 0" mass="1" contype="0" conaffinity="0"/>
+    </body></worldbody></mujoco>"""
+    imported = from_mjcf(text)
+    traj = sg.build(imported.model, stages=2).simulate(t_end=1.5, dt=5e-3)
+    assert imported.left_out == []
+    assert traj.smallest_gap.min() > -1e-9
+    assert traj["box_free_z"][-1] == pytest.approx(0.2, abs=1e-9)
+    assert traj["hinge"][-1] == pytest.approx(1.0, abs=1e-9)
+    assert traj["hinge_upper.state"][-1] == "closed"
+    assert np.abs(traj.v[-1]).max() < 1e-9
+
+
+def test_constraints_of_a_file() -> None:
+    """A point that is held, a joint that follows another by a polynomial."""
+    text = """<mujoco model="tied"><worldbody>
+    <body name="a"><joint name="p" axis="0 1 0"/><geom name="x" size=".1" pos=".5 0 0"/></body>
+    <body name="b" pos="1 0 0"><joint name="q" axis="0 1 0"/><geom size=".1" pos="-.5 .3 0"/></body>
+    </worldbody><equality>
+    <joint joint1="p" joint2="q" polycoef="0 2 .5 0 0"/>
+    <connect body1="a" body2="b" anchor=".5 0 0"/>
+    <weld body1="a" body2="b" active="false"/></equality></mujoco>"""
+    imported = from_mjcf(text, contacts=False)
+    stepper = sg.build(imported.model, stages=2)
+    p, q = 0.3, 0.7
+    g = stepper.evaluate("g", 0.0, np.array([p, q]))
+    assert g[0] == pytest.approx(p - (2 * q + 0.5 * q**2), abs=1e-15)
+    one = np.array([0.5 * np.cos(p), 0, -0.5 * np.sin(p)])
+    other = np.array([1 - 0.5 * np.cos(q), 0, 0.5 * np.sin(q)])
+    # in the third direction nothing moves: there is no row for it
+    np.testing.assert_allclose(np.abs(g[1:]), np.abs(one - other)[[0, 2]], atol=1e-15)
+    assert imported.left_out == [
+        "equality 'number 2': it is not active",
+        "1 pairs of geoms that may collide: name balls in pairs=[(one, other)]",
+    ]
+
+
+def test_balls_that_touch_each_other() -> None:
+    text = """<mujoco model="balls"><worldbody>
+    <body><joint name="a" type="slide"/><geom name="one" size=".1" friction=".3 0 0"/></body>
+    <body pos="0 0 1"><joint name="b" type="slide" axis="1 0 0"/><geom name="two" size=".2"/></body>
+    </worldbody></mujoco>"""
+    imported = from_mjcf(text, pairs=[("one", "two")], e_N=0.5)
+    assert imported.left_out == []
+    stepper = sg.build(imported.model, stages=2)
+    assert stepper.evaluate("g_N", 0.0, np.array([0.1, 0.25]))[0] == pytest.approx(
+        np.hypot(0.9, 0.25) - 0.3, abs=1e-15
+    )
+    assert stepper.evaluate("e_N", 0.0, np.zeros(2), np.zeros(2))[0] == 0.5
+    with pytest.raises(sg.ModelError, match="'three' is no ball of the file"):
+        from_mjcf(text, pairs=[("one", "three")])
+
+
+URDF = """<robot name="two_links"><link name="base"><inertial><mass value="3"/>
+<origin xyz="0 0 .1"/><inertia ixx=".02" iyy=".03" izz=".04" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><mesh filename="absent.stl"/></geometry></visual></link>
+<joint name="knee-1" type="revolute"><parent link="base"/><child link="leg"/>
+<origin xyz="0 .1 .2" rpy=".1 .2 .3"/><axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="1"
+velocity="1"/><dynamics damping=".2" friction=".1"/></joint>
+<link name="leg"><inertial><mass value="1"/><origin xyz="0 0 -.2"/>
+<inertia ixx=".01" iyy=".012" izz=".005" ixy=".001" ixz="0" iyz="0"/></inertial>
+<collision name="foot"><origin xyz="0 0 -.4"/><geometry><sphere radius=".05"/></geometry>
+</collision></link></robot>"""
+
+
+@pytest.mark.parametrize("floating", [False, pytest.param(True, marks=pytest.mark.thorough)])
+def test_urdf(floating: bool, tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(URDF)
+    start = {"base_free_z": 0.9} if floating else {"knee_1": 2.0}
+    imported = from_urdf(path, floating=floating, ground=True, start=start)
+    stepper = sg.build(imported.model, stages=2)
+    q = np.array([0.4, 0.1, 0.9, 0.5, 0.5, -0.5, 0.5, 0.3] if floating else [0.3])
+    M = stepper.evaluate("p_v", 0.0, q, np.zeros(len(q)))
+    # about the knee: the leg's own moment and that of its distance
+    assert M[-1, -1] == pytest.approx(0.012 + 0.2**2, abs=1e-15)
+    assert stepper.manifest["coordinates"][-1] == "knee_1"
+    names = [c["name"] for c in stepper.manifest["contacts"]]
+    assert names == ["knee_1_dry", "knee_1_lower", "knee_1_upper", "foot"]
+    if floating:
+        np.testing.assert_allclose(M[:3, :3], 4 * np.eye(3), atol=1e-12)
+        assert stepper.manifest["coordinates"][:3] == [f"base_free_{c}" for c in "xyz"]
+
+
+def test_what_has_no_counterpart_is_listed() -> None:
+    text = """<mujoco model="odd"><asset>
+    <mesh name="wedge" vertex="0 0 0 .2 0 0 0 .4 0 0 0 .6"/></asset>
+    <worldbody><geom name="floor" type="plane" size="1 1 1"/>
+    <body name="a" pos="0 0 2"><joint name="spin" type="ball" range="0 1" limited="true"
+      damping=".1"/><geom name="w" type="mesh" mesh="wedge"/></body>
+    <body name="b" gravcomp="1"><joint name="h" actuatorfrcrange="-1 1" actuatorfrclimited="true"/>
+      <geom name="s" size=".1" pos="0 0 1" contype="0" conaffinity="0"/></body></worldbody>
+    <tendon><fixed name="t"><joint joint="h" coef="1"/></fixed></tendon>
+    <actuator><motor name="pull" tendon="t"/><motor name="turn" joint="h"/></actuator></mujoco>"""
+    assert from_mjcf(text).left_out == [
+        "damping and stiffness of joint 'spin': it has a quaternion",
+        "limit of joint 'spin': it has a quaternion",
+        "actuator 'pull': only gains on hinges and slides are taken",
+        "limit of the force of actuator 'turn': it is not kept",
+        "contact of geom 'w': it is a mesh (meshes='box' takes its box)",
+        "1 tendon(s): there is no counterpart",
+        "gravity compensation: add a force of your own",
+    ]
+    boxed: Imported = from_mjcf(text, meshes="box")
+    assert not any("mesh" in line for line in boxed.left_out)
+    stepper = sg.build(boxed.model, stages=2)
+    q = np.array([1.0, 0, 0, 0, 0])
+    assert 1.5 < min(stepper.evaluate("g_N", 0.0, q)) <= 2.0  # the wedge begins at 2
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: from_mjcf("<mujoco><worldbody><body/>"), "MuJoCo cannot read it"),
+        (lambda: from_mjcf("absent.xml"), "there is no file absent.xml"),
+        (lambda: from_mjcf(ARM, keyframe="home"), "keyframe 'home': is not in the file"),
+        (lambda: from_mjcf(ARM, meshes="ball"), "meshes='ball': is no choice"),
+        (lambda: from_urdf("<robot name='x'>"), "is no XML"),
+        (lambda: from_urdf(URDF, massless=["hand"]), "massless link 'hand': is not in the file"),
+        (
+            lambda: from_urdf(URDF.replace('name="leg"', 'name="other"', 1), floating=True),
+            "has 2 links that no joint moves",
+        ),
+    ],
+)
+def test_what_cannot_be_read_is_refused(call: Callable[[], Imported], says: str) -> None:
+    with pytest.raises(sg.ModelError, match=says):
+        call()
+
+
+def test_a_keyframe_is_the_start() -> None:
+    text = ARM.replace(
+        "</mujoco>", '<keyframe><key name="home" qpos=".1 .2 .3 .4"/></keyframe></mujoco>'
+    )
+    stepper = sg.build(from_mjcf(text, keyframe="home").model, stages=2)
+    np.testing.assert_array_equal(stepper.initial_state()[1], [0.1, 0.2, 0.3, 0.4])
+    assert sg.build(from_mjcf(text).model, stages=2).initial_state()[1][1] == 0.2  # ref
+
+
+def test_without_mujoco_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'signorini\[robots\]'"):
+        from_mjcf(ARM)
