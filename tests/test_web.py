@@ -14,6 +14,8 @@ import pytest
 import signorini as sg
 from browser import find_browser
 from command import signorini
+from signorini.commands.ways import events_of
+from signorini.locate import find_model
 from signorini.models import bouncing_ball, box, box_in_space, pendulum_with_wall, servo
 from signorini.runtime.compile import CompilerError, find_wasm_compiler
 from signorini.web import page_sources, write_page
@@ -245,6 +247,13 @@ def test_a_run_that_ends_says_why(stepper: Build, tmp_path: Path) -> None:
         tab.click("#reset")
         assert tab.evaluate("signorini.run(5)") == 5
         assert not tab.is_visible("#says")
+
+
+def test_events_are_located_where_they_can_be() -> None:
+    """Pages and units: bungee is compliant, a freewheel goes one way, a screw rubs under load."""
+    names = ("hopper", "bungee", "freewheel", "screw_jack")
+    found = [events_of(find_model(name)) for name in names]
+    assert found == ["located", "captured", "captured", "captured"]
 
 
 @pytest.mark.thorough

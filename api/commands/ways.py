@@ -6,13 +6,14 @@ from typing import Literal
 from rich.console import Console
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.validate import freeze
+from signorini.codegen.schemes import unlocated
 from signorini.commands.base import Grid, Switch, Whole, app
 from signorini.runtime.errors import RunError
 
 
 def events_of(model: Model) -> str:
-    """How a unit or a page treats impacts: located, unless the model has compliant rows."""
-    return "captured" if freeze(model).compliances else "located"
+    """How a unit or a page treats impacts: located wherever that is possible."""
+    return "captured" if unlocated(freeze(model)) else "located"
 
 
 @app.command

@@ -92,6 +92,32 @@ def find(asked: str, form: str, events: str = "captured") -> tuple[Registered, f
     return registered, value
 
 
+def _compliant(data: ModelData) -> str:
+    return (
+        f"'{data.compliances[0].name}' is compliant, and compliance is part of the Lobatto "
+        "scheme's captured steps alone. Use scheme='lobatto' with events='captured', or write the "
+        "spring as a potential."
+    )
+
+
+def unlocated(data: ModelData) -> str:
+    """Why events of a model cannot be located; empty where they can."""
+    if data.compliances:
+        return _compliant(data)
+    for c in data.contacts:
+        if c.one_way:
+            return (
+                f"'{c.name}' goes one way by its velocity, and events of such contacts are not "
+                "located. Use events='captured'."
+            )
+        if c.load is not None:
+            return (
+                f"friction '{c.name}' is pressed by a constraint, and events of such friction are "
+                "not located. Use events='captured'."
+            )
+    return ""
+
+
 def velocity_form(data: ModelData, scheme: str, asked: str | None, events: str = "captured") -> str:
     """The form of velocity constraints in use: the best that can be had, or the one asked for.
 
@@ -108,26 +134,11 @@ def velocity_form(data: ModelData, scheme: str, asked: str | None, events: str =
         raise ValueError(
             f"velocity_constraints {asked!r} is unknown; choose one of: {', '.join(known)}"
         )
-    if data.compliances and (name != "lobatto" or events == "located"):
-        what = f"scheme {scheme!r}" if name != "lobatto" else "events='located'"
-        raise ValueError(
-            f"model '{data.name}', {what}: '{data.compliances[0].name}' is compliant, and "
-            "compliance is part of the Lobatto scheme's captured steps alone. Use "
-            "scheme='lobatto' with events='captured', or write the spring as a potential."
-        )
+    if data.compliances and name != "lobatto":
+        raise ValueError(f"model '{data.name}', scheme {scheme!r}: {_compliant(data)}")
     if events == "located":
-        one_way = [c.name for c in data.contacts if c.one_way]
-        if one_way:
-            raise ValueError(
-                f"model '{data.name}', events='located': '{one_way[0]}' goes one way by its "
-                "velocity, and events of such contacts are not located. Use events='captured'."
-            )
-        loaded = [c.name for c in data.contacts if c.load is not None]
-        if loaded:
-            raise ValueError(
-                f"model '{data.name}', events='located': friction '{loaded[0]}' is pressed by a "
-                "constraint, and events of such friction are not located. Use events='captured'."
-            )
+        if reason := unlocated(data):
+            raise ValueError(f"model '{data.name}', events='located': {reason}")
         if asked == "paper":
             raise ValueError(
                 f"model '{data.name}', velocity_constraints='paper': located steps have them at "
