@@ -16,7 +16,7 @@ def from_mjcf(
     source: str | os.PathLike[str],
     *,
     name: str | None = None,
-    contacts: bool = True,
+    contacts: bool | Iterable[str] = True,
     pairs: Iterable[tuple[str, str]] = (),
     e_N: float = 0.0,
     meshes: str | None = None,
@@ -36,8 +36,9 @@ def from_mjcf(
         A file, or text that begins with ``<``.
     name : str, optional
         Of the model; by default that of the file.
-    contacts : bool
-        Whether primitives that may collide in the file touch the world's planes.
+    contacts : bool or iterable of str
+        Whether primitives that may collide in the file touch the world's planes, or the names of
+        geoms and bodies that do.
     pairs : iterable of two names
         Geoms that touch each other besides: balls.
     e_N : float
@@ -80,7 +81,7 @@ def from_urdf(
     *,
     name: str | None = None,
     floating: bool = False,
-    ground: bool = False,
+    ground: bool | Iterable[str] = False,
     massless: Iterable[str] = (),
     pairs: Iterable[tuple[str, str]] = (),
     e_N: float = 0.0,
@@ -98,8 +99,9 @@ def from_urdf(
         As in `from_mjcf`.
     floating : bool
         Whether the root moves freely; by default it is fixed to the world.
-    ground : bool
-        Whether there is a plane z = 0 that collision primitives touch.
+    ground : bool or iterable of str
+        Whether there is a plane z = 0 that collision primitives touch, or the names of geoms and
+        links that do.
     massless : iterable of str
         Links whose inertia does not count: many files have placeholders that no body can have.
 
@@ -121,6 +123,7 @@ def from_urdf(
     spec.compiler.discardvisual = True
     spec.compiler.fusestatic = True
     missing = [] if meshes == "box" else _without_meshes(spec)
+    ground = ground if isinstance(ground, bool) else list(ground)
     if ground:
         import mujoco
 
@@ -210,7 +213,7 @@ def _without_meshes(spec: Any) -> list[str]:
 def _import(
     spec: Any,
     name: str | None,
-    contacts: bool,
+    contacts: bool | Iterable[str],
     pairs: Iterable[tuple[str, str]],
     e_N: float,
     meshes: str | None,

@@ -1,7 +1,7 @@
 """One compiled model of MuJoCo, written as a model of ours."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,7 +58,7 @@ class Writer:
         self,
         m: Any,
         name: str,
-        contacts: bool,
+        contacts: bool | Iterable[str],
         pairs: list[tuple[str, str]],
         e_N: float,
         meshes: str | None,
@@ -68,7 +68,8 @@ class Writer:
         import mujoco
 
         self.m, self.mujoco = m, mujoco
-        self.contacts, self.pairs, self.meshes, self.start = contacts, pairs, meshes, start
+        self.pairs, self.meshes, self.start = pairs, meshes, start
+        self.contacts = contacts if isinstance(contacts, bool) else list(contacts)
         self.taken: set[str] = set()
         model = Model(name, symbols="casadi")
         off = m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
@@ -326,12 +327,35 @@ class Writer:
             or (m.geom_contype[b] & m.geom_conaffinity[a])
         )
 
+    def _touching(self) -> list[int]:
+        """Geoms that touch planes: all, or those that are named, themselves or by their body."""
+        if isinstance(self.contacts, bool):
+            return list(range(self.m.ngeom))
+        found = []
+        named = set()
+        for geom in range(self.m.ngeom):
+            body = int(self.m.geom_bodyid[geom])
+            names = {self._said("GEOM", geom), self._said("BODY", body)} & set(self.contacts)
+            named |= names
+            if names:
+                found.append(geom)
+        for name in self.contacts:
+            if name not in named:
+                raise ModelError(
+                    self.model.name,
+                    f"contact of '{name}'",
+                    "the file has no geom, and no body with a geom, of that name",
+                    "Name others",
+                )
+        return found
+
     def _contacts(self) -> None:
         m = self.m
         planes = [k for k in range(m.ngeom) if m.geom_type[k] == _PLANE and not self._moves(k)]
+        touching = self._touching()
         for plane in planes if self.contacts else []:
             wall = self._plane(plane)
-            for geom in range(m.ngeom):
+            for geom in touching:
                 if self._moves(geom) and self._collide(plane, geom):
                     self._touch(geom, plane, wall, len(planes) > 1)
         others = [

@@ -240,6 +240,10 @@ def test_gaps_of_all_primitives_to_a_tilted_plane() -> None:
         assert min(own) == pytest.approx(exact, abs=1e-6), geom
     mu = values("mu", q)
     assert mu[list(gaps).index("ball")] == 0.7
+    named = from_mjcf(TILTED, contacts=["egg", "ball"])
+    assert Values(named).contacts == ["ball", "egg"]
+    with pytest.raises(sg.ModelError, match="contact of 'hand': the file has no geom"):
+        from_mjcf(TILTED, contacts=["hand"])
     # ten pairs of the five geoms could meet each other
     assert imported.left_out == [
         "10 pairs of geoms that may collide: name balls in pairs=[(one, other)]"
