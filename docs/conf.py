@@ -48,16 +48,14 @@ def write_gallery(_: Any) -> None:
     for name, seen, number, source in rows:
         model = importlib.import_module(f"signorini.models.{name}").model()
         page = here / "extra" / "moving" / f"{name}.html"
-        film = page.with_suffix(".gif")
         shown = f"![{name}](../pictures/{name}.png)"
         if page.is_file():
             shown = (
                 f'<iframe src="../moving/{name}.html" title="{name} moves" '
-                'style="width:100%;height:42rem;border:1px solid #d8dde3" loading="lazy"></iframe>\n\n'
+                'style="width:100%;height:42rem;border:1px solid #d8dde3" loading="lazy">'
+                "</iframe>\n\n"
                 f'<a href="../moving/{name}.html">The page alone</a>'
             )
-        elif film.is_file():
-            shown = f"![{name} moves](../extra/moving/{name}.gif)"
         text = (
             f"# {name}\n\n{seen[0].upper()}{seen[1:]}.\n\n{shown}\n\n"
             f"The number that its test holds it to: {number} ({source}).\n\n"
