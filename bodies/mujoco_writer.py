@@ -70,7 +70,7 @@ class Writer:
         self.m, self.mujoco = m, mujoco
         self.pairs, self.meshes, self.start = pairs, meshes, start
         self.contacts = contacts if isinstance(contacts, bool) else list(contacts)
-        self.taken: set[str] = set()
+        self.taken = {"e_N"}  # of symbols, constraints and contacts
         model = Model(name, symbols="casadi")
         off = m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
         gravity = (0.0, 0.0, 0.0) if off else tuple(map(float, m.opt.gravity))
@@ -82,14 +82,18 @@ class Writer:
         self.q0 = self._configuration(keyframe)
 
     def _named(self, kind: str, k: int, fallback: str) -> str:
-        """A name of the file that C can have, once."""
+        """A name of the file that C can have, once: a file often calls a body, its joint, its geom
+        and the actuator alike.
+        """
         objects = getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}")
-        said = self.mujoco.mj_id2name(self.m, objects, k) or fallback
-        word = clean(said)
-        base, count = word, 1
+        word = clean(self.mujoco.mj_id2name(self.m, objects, k) or fallback)
+        if kind == "BODY":
+            return word  # no name of the model
+        others = {"ACTUATOR": f"u_{word}", "GEOM": f"{word}_contact", "EQUALITY": f"{word}_tie"}
+        base, count = others.get(kind, word), 1
         while word in self.taken:
+            word = base if count == 1 and base != word else f"{base}_{count + 1}"
             count += 1
-            word = f"{base}_{count}"
         self.taken.add(word)
         return word
 

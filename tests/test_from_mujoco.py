@@ -205,6 +205,16 @@ def test_names_and_where_they_are_from() -> None:
     assert imported.coordinates["pitch/2"] == ("pitch_2",)
     assert list(imported.frames) == ["base", "upper", "tip"]
     assert imported.model.input_names == ["drive", "servo"]
+    # body, joint, geom and motor have one name; so have two joints, but for what C does not know
+    text = """<mujoco model="same"><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+    <body name="hip" pos="0 0 1"><joint name="hip" axis="0 1 0"/><joint name="knee-1"/>
+    <joint name="knee 1" axis="1 0 0"/><geom name="hip" size=".1" pos=".3 0 .1"/></body></worldbody>
+    <actuator><motor name="hip" joint="hip"/><motor name="knee 1" joint="knee 1"/></actuator>
+    </mujoco>"""
+    model = from_mjcf(text).model
+    assert model.coordinate_names == ["hip", "knee_1", "knee_1_2"]
+    assert model.input_names == ["u_hip", "u_knee_1"]
+    assert [c.name for c in freeze(model).contacts] == ["hip_contact"]
 
 
 TILTED = """<mujoco model="shapes"><worldbody>
