@@ -380,6 +380,7 @@ def test_a_jam_that_no_path_leads_to(stepper: Build) -> None:
         assert take_again(compiled, cut)["iterations"] <= most
 
 
+@pytest.mark.thorough
 def test_friction_that_another_contact_presses_is_examined(stepper: Build) -> None:
     """A roller with rolling resistance: no friction of either kind without the floor."""
     compiled = stepper(roller.model, 2)
