@@ -263,6 +263,8 @@ class Scene:
             slips = [(t, rate) for t, rate in slips if not is_zero(rate)]
             directions = tuple(t for t, _ in slips)
             gamma_F = [rate for _, rate in slips] or None
+            if gamma_F is None:
+                mu, e_F = 0, 0  # friction has nothing to act on
         self.looks.contact(name, kinematics.place, kinematics.normal, directions)
         if kinematics.guard is not None:
             guard = (
