@@ -265,7 +265,8 @@ def test_directions_in_which_nothing_moves_have_no_friction() -> None:
     text = """<mujoco model="m"><worldbody><geom name="floor" type="plane" size="1 1 1"/>
     <body pos="0 0 1"><joint name="lift" type="slide" axis="0 0 1"/>
     <geom name="foot" size=".1" mass="1"/>
-    <body pos="2 0 0"><joint name="drive" type="slide" axis="1 0 0"/><geom name="wheel" size=".2" mass="1"/>
+    <body pos="2 0 0"><joint name="drive" type="slide" axis="1 0 0"/>
+     <geom name="wheel" size=".2" mass="1"/>
     </body></body></worldbody></mujoco>"""
     contacts = freeze(from_mjcf(text).model).contacts
     assert [(c.name, c.n_F) for c in contacts] == [("foot", 0), ("wheel", 1)]
