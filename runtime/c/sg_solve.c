@@ -148,24 +148,25 @@ static int sg_from_states(SG(work) * w, const SG(params) * par, const SG(options
 }
 
 /* All contact states, each from the cold start: at first those that are the same in all slots.
-   `on`: from where the last search ended. */
+   From where the last search in this problem of the step ended. */
 static int sg_seek(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                   int problem, int on, int end, real *measure) {
+                   int problem, int end, real *measure) {
     const sg_problem *pr = &sg_problems[problem];
     int status = SG_K(NOT_CONVERGED);
-    if (!on) {
-        w->found.apart = 0;
-        w->found.said = 0;
-    }
-    while (status != SG_K(OK) && w->found.apart < 2 && info->iterations < end) {
-        const int fresh = sg_say_states(w, pr, w->found.apart, w->found.said);
-        ++w->found.said;
+    int *apart = &w->found.apart[problem];
+    int *said = &w->found.said[problem];
+    while (status != SG_K(OK) && *apart < 2 && info->iterations < end) {
+        const int fresh = sg_say_states(w, pr, *apart, *said);
         if (fresh > 0) {
             status = sg_from_states(w, par, opt, info, problem, end, measure);
+            if (status != SG_K(OK) && info->iterations >= end) {
+                return status; /* cut short: the next search begins with them */
+            }
         }
-        if (fresh < 0 || w->found.said == SG_MOST_STATES) {
-            w->found.said = 0;
-            w->found.apart += pr->n_slots > 1 ? 1 : 2;
+        ++(*said);
+        if (fresh < 0 || *said == SG_MOST_STATES) {
+            *said = 0;
+            *apart += pr->n_slots > 1 ? 1 : 2;
         }
     }
     return status;
@@ -235,7 +236,7 @@ static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
             return sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, measure);
 #if SG_SEARCHED
         case SG_SEEK:
-            return sg_seek(w, par, opt, info, problem, effort == SG_AGAIN, on, measure);
+            return sg_seek(w, par, opt, info, problem, on, measure);
 #endif
 #if SG_SPATIAL
         case SG_FOLLOW_CENTRAL:
@@ -261,6 +262,10 @@ static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
     real measure = SG_HUGE;
     int attempt;
     w->smooth.pivoting = stuck;
+    if (effort == SG_WHOLE) {
+        w->found.said[problem] = 0;
+        w->found.apart[problem] = 0;
+    }
     sg_prox_parameters(w, opt, problem);
     for (attempt = SG_HOLD; attempt < SG_ATTEMPTS && status != SG_K(OK) && info->iterations < end;
          ++attempt) {

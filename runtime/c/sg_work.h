@@ -144,12 +144,12 @@ typedef struct {
 /* sg_solve.c and sg_step.c: what was found, for the checker and the next step. */
 typedef struct {
     int stuck;                     /* problem that was not solved, -1: none */
-    int said;                      /* number of the contact states that are said next, */
-    int apart;                     /* 1 where each slot has its own */
     int exists[SG_N_CONTACTS];     /* guard >= 0 at the start */
     int active[SG_N_CONTACTS];     /* closed at the end, (67) */
     int states[SG_N_PROBLEMS];     /* contact states of the solutions, in one number */
     int choice[SG_N_PROBLEMS];     /* how their percussions were chosen */
+    int said[SG_N_PROBLEMS];       /* number of the contact states that are said next, */
+    int apart[SG_N_PROBLEMS];      /* 1 where each slot has its own */
     real r[SG_N_X_TOTAL];          /* smooth rows at the solutions */
     real y[SG_N_ROWS_TOTAL];       /* kinematic rows at the solutions */
     real radius[SG_N_RADII_TOTAL]; /* given radii of friction at the solutions */
