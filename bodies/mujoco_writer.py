@@ -17,6 +17,19 @@ from signorini.codegen.frontend.model import Model
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
 _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(8)
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)
+# What is left out wherever it is not zero.
+_UNREAD = (
+    ("jnt_stiffnesspoly", "stiffness that is not linear"),
+    ("dof_dampingpoly", "damping that is not linear"),
+    ("jnt_springyield", "springs that yield"),
+    ("actuator_damping", "damping of actuators"),
+    ("actuator_armature", "armature of actuators"),
+    ("actuator_delay", "delay of actuators"),
+    ("geom_adhesion", "adhesion"),
+    ("geom_surfacevel", "velocity of surfaces"),
+    ("pair_dim", "contacts of pairs that the file lists"),
+)
+_DISABLED = ("contact", "limit", "frictionloss", "spring", "damper", "equality", "actuation")
 _NAMES = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 
 
@@ -130,6 +143,15 @@ class Writer:
         ):  # fmt: skip
             if count:
                 self._leave(f"{count} {kind}(s)", "there is no counterpart")
+        for name, what in _UNREAD:
+            if np.any(getattr(self.m, name, 0)):
+                self._leave(what, "there is no counterpart")
+        for word in _DISABLED:
+            flag = int(getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{word.upper()}"))
+            if self.m.opt.disableflags & flag:
+                self._leave(f"the flag that disables {word}", "the model has it all the same")
+        if np.any(self.m.body_mocapid >= 0):
+            self._leave("bodies that mocap moves", "they stay where they are")
         if np.any(self.m.body_gravcomp):
             self._leave("gravity compensation", "add a force of your own")
         if self.m.opt.density or self.m.opt.viscosity or np.any(self.m.opt.wind):
@@ -326,6 +348,9 @@ class Writer:
 
     def _collide(self, a: int, b: int) -> bool:
         m = self.m
+        bodies = sorted((int(m.geom_bodyid[a]), int(m.geom_bodyid[b])))
+        if (bodies[0] << 16) + bodies[1] in {int(s) for s in m.exclude_signature}:
+            return False
         return bool(
             (m.geom_contype[a] & m.geom_conaffinity[b])
             or (m.geom_contype[b] & m.geom_conaffinity[a])
@@ -440,12 +465,30 @@ class Writer:
                 f"contact of geom '{self._said('GEOM', geom)}'", f"it is a {_NAMES[said]}{hint}"
             )
             return
-        mu = float(max(m.geom_friction[geom, 0], m.geom_friction[plane, 0]))
+        mu = self._friction(geom, plane)
         base = self._named("GEOM", geom, f"{self.frames[m.geom_bodyid[geom]].name}_geom")
         if several:
             base = f"{base}_on_{clean(self._said('GEOM', plane))}"
         for word, part in parts:
-            self.world.contact(f"{base}{word}", part, wall, mu=mu, e_N=self.e_N)
+            self.world.contact(
+                f"{base}{word}", part, wall, mu=mu or 0, e_N=self.e_N, friction=mu is not None
+            )
+
+    def _friction(self, a: int, b: int) -> float | None:
+        """Coefficient of two geoms, as MuJoCo mixes them; None where contact has no friction."""
+        m = self.m
+        of = [a, b]
+        if m.geom_priority[a] != m.geom_priority[b]:
+            of = [max(of, key=lambda k: m.geom_priority[k])]
+        dimension = max(int(m.geom_condim[k]) for k in of)
+        if dimension == 1:
+            return None
+        if dimension > 3:
+            names = " and ".join(f"'{self._said('GEOM', k)}'" for k in (a, b))
+            self._leave(
+                f"torsional or rolling friction of {names}", "sliding friction alone is taken"
+            )
+        return float(max(m.geom_friction[k, 0] for k in of))
 
     def _pair(self, one: str, other: str) -> None:
         names = [self._said("GEOM", k) for k in range(self.m.ngeom)]
@@ -458,10 +501,10 @@ class Writer:
                     "Name geoms that are spheres",
                 )
         a, b = names.index(one), names.index(other)
-        mu = float(max(self.m.geom_friction[a, 0], self.m.geom_friction[b, 0]))
+        mu = self._friction(a, b)
         (_, first), (_, second) = self._parts(a)[0], self._parts(b)[0]
         name = f"{clean(one)}_{clean(other)}"
-        self.world.contact(name, first, second, mu=mu, e_N=self.e_N)
+        self.world.contact(name, first, second, mu=mu or 0, e_N=self.e_N, friction=mu is not None)
 
     # --- the start ---
 

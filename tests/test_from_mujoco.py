@@ -371,6 +371,31 @@ def test_urdf(floating: bool, tmp_path: Path) -> None:
         assert values.coordinates[:3] == tuple(f"base_free_{c}" for c in "xyz")
 
 
+def test_friction_is_mixed_as_in_the_file() -> None:
+    """Priority, contacts without friction, torsional friction, pairs that are excluded."""
+    text = """<mujoco model="mixed"><option><flag limit="disable"/></option><worldbody>
+    <geom name="floor" type="plane" size="1 1 1" friction=".5 0 0" condim="1"/>
+    <body name="A" pos="0 0 1"><freejoint/><geom name="high" size=".1" friction=".2 0 0" condim="3"
+      priority="1"/></body>
+    <body name="B" pos="1 0 1"><freejoint/><geom name="smooth" size=".1" condim="1"/></body>
+    <body name="C" pos="2 0 1"><freejoint/><geom name="torsion" size=".1" condim="4"
+      friction=".1 .01 0"/></body>
+    <body name="D" pos="3 0 1"><freejoint/><geom name="ghost" size=".1"/></body>
+    </worldbody><contact><exclude body1="world" body2="D"/><pair geom1="high" geom2="smooth"/>
+    </contact></mujoco>"""
+    imported = from_mjcf(text)
+    contacts = freeze(imported.model).contacts
+    assert [(c.name, c.n_F) for c in contacts] == [("high", 2), ("smooth", 0), ("torsion", 2)]
+    mu = Values(imported)("mu", np.tile([0, 0, 1, 1, 0, 0, 0.0], 4))
+    np.testing.assert_array_equal(mu[[0, 2]], [0.2, 0.5])
+    assert imported.left_out == [
+        "torsional or rolling friction of 'torsion' and 'floor': sliding friction alone is taken",
+        "6 pairs of geoms that may collide: name balls in pairs=[(one, other)]",
+        "contacts of pairs that the file lists: there is no counterpart",
+        "the flag that disables limit: the model has it all the same",
+    ]
+
+
 def test_what_has_no_counterpart_is_listed() -> None:
     text = """<mujoco model="odd"><asset>
     <mesh name="wedge" vertex="0 0 0 .2 0 0 0 .4 0 0 0 .6"/></asset>
