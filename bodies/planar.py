@@ -61,7 +61,7 @@ class Planar(Scene):
             For a mass or inertia that is no positive number, or other than three names.
         """
         if frame is None:
-            q = self._coordinates(coordinates or f"{name}_x {name}_y {name}_phi", "m m rad")
+            q = self._coordinates(name, coordinates or f"{name}_x {name}_y {name}_phi", "m m rad")
             if len(q) != 3:
                 raise ModelError(
                     self.model.name,

@@ -90,7 +90,7 @@ class Scene:
         if at is None:
             letters = "xyz"[: self.dimension]
             names = " ".join(f"{name}_{c}" for c in letters)
-            q = self._coordinates(names, " ".join("m" for _ in letters))
+            q = self._coordinates(name, names, " ".join("m" for _ in letters))
             v = self.model.velocities[-self.dimension :]
             zero_spin = (0,) if self.dimension == 2 else (0, 0, 0)
             at = Frame(name, self.algebra, q, v, self.ground.axes, zero_spin).point()
@@ -101,10 +101,13 @@ class Scene:
         )
         return at
 
-    def _coordinates(self, names: str, units: str) -> tuple[Any, ...]:
-        """Coordinates with their units, if there are as many as a body has; the caller counts."""
+    def _coordinates(self, body: str, names: str, units: str) -> tuple[Any, ...]:
+        """Coordinates of a body, with their units if there are as many as it has."""
         fits = len(names.replace(",", " ").split()) == len(units.split())
-        return self.model.coordinates(names, units=units if fits else None)
+        q = self.model.coordinates(names, units=units if fits else None)
+        n = len(self.model.q)
+        self.model.bodies.append((body, tuple(range(n - len(q), n))))
+        return q
 
     def force(self, point: Point, force: Sequence[Any], *, local: bool = False) -> None:
         """A force [N] on a point, in components of the fixed frame or of the point's own.

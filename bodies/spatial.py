@@ -126,7 +126,7 @@ class Spatial(Scene):
         base = self.ground if parent is None else parent
         letters = ["p0", "p1", "p2", "p3"] if at is not None else "x y z p0 p1 p2 p3".split()
         units = 4 * " quaternion" if at is not None else "m m m" + 4 * " quaternion"
-        q = self._coordinates(coordinates or " ".join(f"{name}_{c}" for c in letters), units)
+        q = self._coordinates(name, coordinates or " ".join(f"{name}_{c}" for c in letters), units)
         if len(q) != len(letters):
             raise ModelError(
                 self.model.name,

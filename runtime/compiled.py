@@ -1,6 +1,7 @@
 """The compiled functions of one stepper by their names, and what is handed to them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,30 @@ from signorini.runtime.options import RunOptions
 
 SUCCESS = 2  # the largest status of a step that succeeded
 Inputs = Callable[[float, np.ndarray, np.ndarray], Any]
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the numbers of a part stand among those of the model, block by block."""
+
+    own: np.ndarray
+    whole: int
+
+    @classmethod
+    def of(cls, members: Sequence[int], width: int, count: int, size: int) -> "_Places":
+        """`count` numbers in blocks of `size`; the model has blocks of `width`."""
+        blocks = count // size if size else 0
+        own = [block * width + k for block in range(blocks) for k in members]
+        return cls(np.array(own, dtype=int), blocks * width)
+
+
+def _known(array: str, rows: Sequence[int], n: Mapping[str, int]) -> list[int]:
+    """What a part knows at the start of a segment, among `array` of the model: of its slip rows,
+    and of its rows of gamma before them."""
+    slip = n["n_R"] - n["n_F"]
+    gamma = [row - n["n_g"] for row in rows if n["n_g"] <= row < n["n_g"] + n["n_gamma"]]
+    before = n["n_gamma"] if array == "given" else 0
+    return [*(gamma if array == "given" else ()), *(before + r - slip for r in rows if r >= slip)]
 
 
 class Compiled:
@@ -241,8 +266,8 @@ class Compiled:
         RunError
             For a name that is no problem of the scheme, or arrays that do not fit.
         """
-        lib, n = self.library, self.sizes
-        names = [p["name"] for p in self.manifest["problems"]]
+        n = self.sizes
+        names = [p["name"] for p in self.manifest["kinds"][0]["problems"]]
         if name not in names:
             raise RunError(f"there is no problem '{name}'; there are: {', '.join(names)}")
         par = self.check_parameters(parameters)
@@ -252,40 +277,84 @@ class Compiled:
             self.vector("q", q, start[1], "coordinates"),
             self.vector("v", v, start[2], "velocities"),
         )
+        given = (
+            shaped("x", x, (n["n_x_total"],)),
+            shaped("R", R, (n["n_rows_total"],)),
+            self.rows("u", u, 1, n["n_u"])[0],
+        )
+        at = (state, self.c_params(par), self.c_options(RunOptions.of(options)), number("h", h))
+        found: dict[str, np.ndarray] = {}
+        for part in range(len(self.manifest["parts"])):
+            own = self._problem_of(part, names.index(name), given, at, known or {})
+            for key, (value, places) in own.items():
+                if key not in found:
+                    found[key] = np.zeros([p.whole for p in places], dtype=value.dtype)
+                found[key][np.ix_(*(p.own for p in places))] = value
+        return found
+
+    def _problem_of(
+        self,
+        part: int,
+        problem: int,
+        given: tuple[np.ndarray, np.ndarray, np.ndarray],
+        at: tuple[Any, ...],
+        known: Mapping[str, np.ndarray],
+    ) -> dict[str, tuple[np.ndarray, tuple[_Places, ...]]]:
+        """The problem of one part, and where its numbers stand among those of the model."""
+        lib, n = self.library, self.sizes
+        places = self.manifest["parts"][part]
+        kind = self.manifest["kinds"][places["kind"]]
         work = lib.structs["work"]()
-        for array, values in (known or {}).items():
-            for k, value in enumerate(values):
+        for array, values in known.items():
+            own = [values[k] for k in _known(array, places["rows"], n)]
+            for k, value in enumerate(own):
                 getattr(work, array)[k] = float(value)
-        x_array = lib.array(shaped("x", x, (n["n_x_total"],)))
-        R_array = lib.array(shaped("R", R, (n["n_rows_total"],)))
-        u_array = self.rows("u", u, 1, n["n_u"])[0]
+        x, R, u = given
+        state, params, options, h = at
+        n_q, n_R = kind["sizes"]["n_q"], kind["sizes"]["n_R"]
+        unknowns = _Places.of(places["coordinates"], n["n_q"], kind["sizes"]["n_x_total"], n_q)
+        percussions = _Places.of(places["rows"], n["n_R"], kind["sizes"]["n_rows_total"], n_R)
+        arrays = [lib.array(a) for a in (u, x[unknowns.own], R[percussions.own])]
+        number_of = (part,) if len(self.manifest["parts"]) > 1 else ()
         status = lib.call["problem"](
             state,
             work,
-            self.c_params(par),
-            self.c_options(RunOptions.of(options)),
-            lib.pointer(u_array),
-            number("h", h),
-            names.index(name),
-            lib.pointer(x_array),
-            lib.pointer(R_array),
+            params,
+            options,
+            lib.pointer(arrays[0]),
+            h,
+            *number_of,
+            problem,
+            lib.pointer(arrays[1]),
+            lib.pointer(arrays[2]),
         )
+        p = kind["problems"][problem]
         if status > SUCCESS:
-            raise RunError(f"problem '{name}': {lib.status_texts[status]}")
-        p = self.manifest["problems"][names.index(name)]
-        n_x, n_rows, tables = p["n_x"], p["n_slots"] * n["n_R"], p["tables"]
+            raise RunError(f"problem '{p['name']}': {lib.status_texts[status]}")
+        n_x, n_rows, tables = p["n_x"], p["n_slots"] * n_R, p["tables"]
+        smooth = _Places.of(places["coordinates"], n["n_q"], n_x, n_q)
+        rows = _Places.of(places["rows"], n["n_R"], n_rows, n_R)
 
         def take(field: Any, count: int) -> np.ndarray:
             return lib.kept(field)[:count]
 
         return {
-            "r": take(work.r, n_x),
-            "y": take(work.y, n_rows),
-            "phi": take(work.rows.phi, n_rows),
-            "prox_r": take(work.scales.prox_r, n_rows),
-            "A": _matrix(work.K, tables, "K_start", "K_column", True, (n_x, n_x)),
-            "B": _matrix(work.B, tables, "B_start", "B_row", False, (n_rows, n_x)).T,
-            "C": _matrix(work.C, tables, "C_start", "C_column", False, (n_rows, n_x)),
+            "r": (take(work.r, n_x), (smooth,)),
+            "y": (take(work.y, n_rows), (rows,)),
+            "phi": (take(work.rows.phi, n_rows), (rows,)),
+            "prox_r": (take(work.scales.prox_r, n_rows), (rows,)),
+            "A": (
+                _matrix(work.K, tables, "K_start", "K_column", True, (n_x, n_x)),
+                (smooth, smooth),
+            ),
+            "B": (
+                _matrix(work.B, tables, "B_start", "B_row", False, (n_rows, n_x)).T,
+                (smooth, rows),
+            ),
+            "C": (
+                _matrix(work.C, tables, "C_start", "C_column", False, (n_rows, n_x)),
+                (rows, smooth),
+            ),
         }
 
     # --- conversions -----------------------------------------------------------------------------

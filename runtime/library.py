@@ -121,6 +121,7 @@ class Library:
                 c_int,
                 [
                     *(s["state"], s["work"], s["params"], s["options"], array, real),
+                    *((c_int,) if len(self.manifest["parts"]) > 1 else ()),  # which part
                     *(c_int, array, array),
                 ],
             ),
@@ -325,7 +326,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         *(
             "functions",
             "zeros",
-            "problems",
+            "kinds",
+            "parts",
             "runtime_hash",
             "model_hash",
             "adaptive",

@@ -78,6 +78,8 @@ def examine(stepper: Stepper, step: FailedStep) -> Verdict:
         From ``StepError.step`` or a replay file.
     """
     m = stepper.manifest
+    if len(m["parts"]) > 1:
+        return Verdict("not examined: only models in one part are")
     if m["compliant"]:
         return Verdict("not examined: only rigid contacts are")
     if any(
@@ -95,7 +97,7 @@ class _Examination:
         self.contacts = m["contacts"]
         self.n_R, self.normal = n["n_R"], n["n_g"] + n["n_gamma"]
         self.slip = self.normal + n["n_N"]
-        self.position, self.velocity = m["problems"][:2]
+        self.position, self.velocity = m["kinds"][0]["problems"][:2]
         state = step.state
         q, par = np.array(state["q"]), step.parameters
         self.at = {

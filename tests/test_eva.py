@@ -87,7 +87,7 @@ def test_linear_algebra_and_prox(make: Callable[[], sg.Model], tmp_path: Path) -
     folder = sg.generate(make(), tmp_path / "m", stages=2, prefix="m")
     annotate(folder / "m.c", *LOOPS)
     manifest = json.loads((folder / "manifest.json").read_text())
-    problems = manifest["problems"]
+    problems = manifest["kinds"][0]["problems"]
     sizes = {
         "N_X": max(p["n_x"] for p in problems),
         "N_R": max(p["n_slots"] for p in problems) * manifest["sizes"]["n_R"],

@@ -101,7 +101,7 @@ def test_jacobians_are_derivatives_of_the_residuals(
     x = np.tile(v, n["n_x_total"] // n["n_q"]) + 0.2 * rng.normal(size=n["n_x_total"])
     lam = 0.3 * rng.normal(size=n["n_rows_total"])
     u = rng.normal(size=n["n_u"])
-    spec = next(p for p in compiled.manifest["problems"] if p["name"] == problem)
+    spec = next(p for p in compiled.manifest["kinds"][0]["problems"] if p["name"] == problem)
 
     def at(x: np.ndarray, lam: np.ndarray) -> dict[str, np.ndarray]:
         return compiled.problem(problem, x, lam, h, t=t, q=q, v=v, u=u)

@@ -2,34 +2,40 @@
 
 import hashlib
 import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from importlib.metadata import version
 
-import casadi as ca
 import numpy as np
 from signorini.codegen import schemes
-from signorini.codegen.c import external, refs
-from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
-from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter
+from signorini.codegen.c import external
+from signorini.codegen.c.functions import CFunction, FunctionWriter
+from signorini.codegen.c.kind import WORK, Kind, KindBuilder, contact_rows
 from signorini.codegen.c.layout import (
     STATUSES,
+    Scratch,
+    largest,
     sizes,
     structs,
+    together,
 )
 from signorini.codegen.c.manifest import manifest_hash
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
-from signorini.codegen.c.spec import ContactRow, EmitSpec, ForwardSpec, ProblemSpec, Step
+from signorini.codegen.c.share import SPACES, SharedFunction
+from signorini.codegen.c.shared import members, shared_function, spaces_of
+from signorini.codegen.c.spec import EmitSpec, ForwardSpec, KindSpec, PartSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
 from signorini.codegen.derive.influence import influence
+from signorini.codegen.derive.parts import Composition, compose
 from signorini.codegen.derive.public import PUBLIC, SLOPES, arguments_of
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.frontend.names import FILES, HEADERS
-from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
+from signorini.codegen.program import Scheme
 from signorini.version import __version__
 
 # What a stepper is made of; each file names those that it needs by #include.
@@ -172,37 +178,58 @@ def emit_spec(
                     f"is {p.default:g}, which single precision does not hold",
                     "Scale the model's units, or generate in double precision",
                 )
-    d = Derivation(data)
     try:
         used = events if data.contacts else "captured"  # without contacts there are no events
         form = schemes.velocity_form(data, scheme, velocity_constraints, used)
         registered, value = schemes.find(scheme, form, used)
         number = int(stages) if isinstance(stages, np.integer) else stages
-        plan = registered.make(d, number, value)
-        poisson = [c.name for c in data.contacts if c.poisson]
-        varying = [c.name for c in data.contacts if c.varies]
-        if derivatives and data.compliances:
-            raise ValueError(
-                f"model '{data.name}', derivatives=True: '{data.compliances[0].name}' is "
-                "compliant, and compliance is not differentiated. Write the spring as a potential."
-            )
-        if derivatives and varying:
-            raise ValueError(
-                f"model '{data.name}', derivatives=True: the coefficient of '{varying[0]}' is "
-                "taken at the stages, and that is not differentiated. Use mu_at='start'."
-            )
-        if derivatives and poisson:
-            raise ValueError(
-                f"model '{data.name}', derivatives=True: impacts of '{poisson[0]}' are Poisson's, "
-                "and these are not differentiated. Use impact='newton'."
-            )
-        plan = with_forward(d, plan) if derivatives else plan
+        if derivatives:
+            _refuse_derivatives(data)
+
+        def planned(d: Derivation) -> Scheme:
+            made = registered.make(d, number, value)
+            return with_forward(d, made) if derivatives else made
+
+        d = Derivation(data)
+        composition = None if derivatives else compose(data)
+        kinds = _kinds(composition, d, planned)
     except ValueError as error:
         raise GenerationError(str(error)) from None
-    return _Builder(data, d, plan, prefix, PRECISIONS[precision], form).spec()
+    return _Builder(d, kinds, composition, prefix, PRECISIONS[precision], form).spec()
 
 
-_WORK = CParameter("w", struct="work", const=False)
+def _refuse_derivatives(data: ModelData) -> None:
+    """Say what is not differentiated."""
+    poisson = [c.name for c in data.contacts if c.poisson]
+    varying = [c.name for c in data.contacts if c.varies]
+    if data.compliances:
+        raise ValueError(
+            f"model '{data.name}', derivatives=True: '{data.compliances[0].name}' is "
+            "compliant, and compliance is not differentiated. Write the spring as a potential."
+        )
+    if varying:
+        raise ValueError(
+            f"model '{data.name}', derivatives=True: the coefficient of '{varying[0]}' is "
+            "taken at the stages, and that is not differentiated. Use mu_at='start'."
+        )
+    if poisson:
+        raise ValueError(
+            f"model '{data.name}', derivatives=True: impacts of '{poisson[0]}' are Poisson's, "
+            "and these are not differentiated. Use impact='newton'."
+        )
+
+
+def _kinds(
+    composition: Composition | None, d: Derivation, planned: Callable[[Derivation], Scheme]
+) -> tuple[Kind, ...]:
+    """The kinds of parts of a model, each with its scheme."""
+    if composition is None or len(composition.parts) == 1:
+        return (Kind("", d, planned(d)),)
+    names = composition.names
+    derived = [Derivation(data) for data in composition.kinds]
+    return tuple(Kind(names[k], own, planned(own)) for k, own in enumerate(derived))
+
+
 # Public functions that the runtime calls, whatever they are.
 _CALLED = frozenset({"energy", "p_v", "f_q", "L_q_q", "WR_q"})
 
@@ -210,68 +237,46 @@ _CALLED = frozenset({"energy", "p_v", "f_q", "L_q_q", "WR_q"})
 class _Builder:
     def __init__(
         self,
-        data: ModelData,
         d: Derivation,
-        plan: Scheme,
+        kinds: tuple[Kind, ...],
+        composition: Composition | None,
         prefix: str,
         precision: Precision,
         velocity_constraints: str,
     ) -> None:
         self.velocity_constraints = velocity_constraints
-        self.data = data
+        self.data = data = d.data
         self.d = d
-        self.plan = plan
+        self.plan = plan = kinds[0].plan
         self.prefix = prefix
         self.precision = precision
         seeds = plan.forward.seeds if plan.forward else {}
         self.writer = FunctionWriter(d, prefix, precision, plan.memory, seeds)
-        self.sizes = sizes(data, plan)
+        single = len(kinds) == 1 and not kinds[0].name
+        self.parts = _parts(composition, data) if composition and not single else (_whole(d),)
+        each = [sizes(kind.data, kind.plan) for kind in kinds]
+        self.sizes = each[0] if single else together(each, [p.kind for p in self.parts], data)
         self.public = (*PUBLIC, *(SLOPES if plan.forward else ()))
         has = (True, bool(plan.located), bool(plan.forward))
         files = tuple(name for name, wanted in zip(SCRATCH, has, strict=True) if wanted)
-        own = tuple(s for name in files for s in scratch(runtime_file(name), self.sizes, name))
-        self.structs = structs(data, plan, self.sizes, own)
-        self.helpers: list[CFunction] = []
-        self.known_points = {s.name for s in self.structs}
+        most = largest(each)
+        own = tuple(s for name in files for s in scratch(runtime_file(name), most, name))
+        used = [Scratch(f"{k.name}_" if k.name else "", k.plan) for k in kinds]
+        self.structs = structs(data, used, self.sizes, most, own)
+        known = {s.name for s in self.structs}
+        self.builders: list[KindBuilder] = []
+        self.kinds: list[KindSpec] = []
+        at = row = 0
+        for kind in kinds:
+            builder = KindBuilder(kind, prefix, precision, known, at, row)
+            self.builders.append(builder)
+            self.kinds.append(builder.spec())
+            at += sum(len(values) for _, values in self.kinds[-1].tables)
+            row += sum(p.n_slots for p in self.kinds[-1].problems)
 
     def spec(self) -> EmitSpec:
         data, plan = self.data, self.plan
-        if self.sizes.n_terms:
-            self.known_points.add("terms")
-            self.writer.name_terms(plan.terms.values)
-            self.helpers.append(
-                self.writer.of_place("evaluate_terms", plan.terms.values, "terms of (t, q)")
-            )
-        if self.sizes.n_key:
-            equation = "what the terms depend on"
-            self.helpers.append(self.writer.of_place("key", plan.terms.key, equation))
-        further = plan.forward.points if plan.forward else ()
-        for point in (*plan.points, *further):
-            if point.name in self.known_points:
-                self.helpers.append(self.writer.point_function(point))
-        start = self.steps(plan.start)
-        problems = self.problems()
-        watch = self.steps(plan.located.watch) if plan.located else ()
-        mass_tables = _mass_tables(plan.inertia)
-        tables = (
-            *mass_tables,
-            *((f"{p.name} problem: {name}", values) for p in problems for name, values in p.tables),
-        )
-        finish = self.writer.assembly(plan.finish, (_WORK,))
-        stages = ("stage_t", "stage_q", "stage_v", "stage_R")
-        record = self.writer.assembly(
-            plan.record,
-            (
-                CParameter("w", struct="work"),
-                *(CParameter(name, array=True, const=False) for name in stages),
-            ),
-        )
-        functions = tuple(
-            self.writer.model_function(name, (*arguments_of(declared, self.d[name], data), "par"))
-            for name, declared in self.public
-            if self.d[name].numel() and (name in _CALLED or not self.d[name].is_zero())
-        )
-        located = plan.located
+        functions, shared, zeros = self._functions()
         files = runtime_order(_files(plan))
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
@@ -299,84 +304,71 @@ class _Builder:
             defaults=tuple(number(p.default) for p in data.parameters),
             g_blocks=data.g_blocks,
             gamma_blocks=data.gamma_blocks,
-            contacts=tuple(contact_rows(data, plan.guarded)),
+            contacts=tuple(contact_rows(data, self._guarded())),
             compliant=tuple(c.name for c in self.data.compliances),
-            yields=tuple(
-                int(any(c.row == k for c in self.data.compliances)) for k in range(self.d.R.numel())
-            ),
             outputs=tuple(name for name, _ in data.outputs),
             shapes=data.shapes,
             statuses=STATUSES,
             structs=self.structs,
             functions=functions,
-            zeros=self._zeros(),
-            helpers=tuple(self.helpers),
-            consistency=self.writer.consistency(),
-            bilateral=self.writer.of_place(
-                "bilateral_directions",
-                ca.vec(self.d.rigid_directions),
-                "W_g, W_gamma by columns; zero where a row yields",
-            ),
+            shared=shared,
+            zeros=zeros,
+            kinds=tuple(self.kinds),
+            parts=self.parts,
             initial_state=self.writer.initial_state(),
-            index_type=_index_type(tables),
-            mobility=plan.inertia.mobility,
-            tables=tables,
+            index_type=_index_type([values for kind in self.kinds for _, values in kind.tables]),
             curves=curves,
-            mass_places=_places(mass_tables, 0),
-            start=start,
-            problems=problems,
-            finish=finish,
-            record=record,
-            watch=watch,
-            adaptive=plan.adaptive,
-            finish_segment=self.writer.assembly(located.finish, (_WORK,)) if located else None,
+            adaptive=all(builder.plan.adaptive for builder in self.builders),
             forward=self._forward(),
             polynomials=self._polynomials(),
             types=runtime_source(files[:behind]),
             runtime=runtime_source(files[behind:]),
             model_runtime=runtime_source(runtime_order(MODEL_RUNTIME)),
             runtime_hash=hashlib.sha256(
-                "".join(
-                    map(
-                        runtime_file,
-                        runtime_order(ALL),
-                    )
-                ).encode()
+                "".join(map(runtime_file, runtime_order(ALL))).encode()
             ).hexdigest(),
-            model_hash=_model_hash(functions, data, curves),
+            model_hash=_model_hash(functions, shared, self.parts, data, curves),
             tools=(("SymPy", version("sympy")), ("CasADi", version("casadi"))),
             example_h=number(data.dt),
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
         return replace(spec, manifest_hash=manifest_hash(spec))
 
+    def _guarded(self) -> tuple[bool, ...]:
+        """Which contacts exist only while their guards say so."""
+        found = [False] * len(self.data.contacts)
+        for part in self.parts:
+            rows = self.kinds[part.kind].contacts
+            for k, row in zip(part.contacts, rows, strict=True):
+                found[k] = row.guarded
+        return tuple(found)
+
     def _forward(self) -> ForwardSpec | None:
         """What differentiates a step."""
         forward = self.plan.forward
         if forward is None:
             return None
+        (builder,) = self.builders
         segment = forward.finish_segment
         n = self.sizes
         sizes = {"q": n.n_q, "v": n.n_q, "u": n.n_u, "par": n.n_par}
         by = influence(self.d)
-        first = len(self.helpers)
+        first = len(builder.helpers)
         steps = (
-            self.steps(forward.start),
-            tuple(self.steps(values) for values in forward.values),
-            self.steps(forward.watch),
+            builder.steps(forward.start),
+            tuple(builder.steps(values) for values in forward.values),
+            builder.steps(forward.watch),
         )
         # these functions are there already: they belong to the values of a problem
         places = tuple(
             Step(part.name, ("w",)) for part in forward.places if any(t.size for t in part.targets)
         )
-        helpers = tuple(self.helpers[first:])
-        del self.helpers[first:]
         return ForwardSpec(
             *steps,
             places,
-            helpers,
-            self.writer.assembly(forward.finish, (_WORK,)),
-            None if segment is None else self.writer.assembly(segment, (_WORK,)),
+            tuple(builder.helpers[first:]),
+            self.writer.assembly(forward.finish, (WORK,)),
+            None if segment is None else self.writer.assembly(segment, (WORK,)),
             by,
             tuple(int(any(k in reads for reads in by.q)) for k in range(n.n_q)),
             external.columns(sizes),
@@ -395,70 +387,52 @@ class _Builder:
             for name, rows in (("q", located.positions), ("v", located.velocities))
         )
 
-    def _zeros(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
-        """Public functions with entries that are all zero, and their shapes: no C for these."""
-        found = []
-        for name, _ in self.public:
+    def _functions(
+        self,
+    ) -> tuple[
+        tuple[CFunction, ...], dict[str, SharedFunction], tuple[tuple[str, tuple[int, ...]], ...]
+    ]:
+        """Public functions, those that parts have shares of, and those whose entries are all zero
+        with their shapes: no C for these."""
+        functions: list[CFunction] = []
+        shared: dict[str, SharedFunction] = {}
+        zeros: list[tuple[str, tuple[int, ...]]] = []
+        for name, declared in self.public:
+            if len(self.parts) > 1 and spaces_of(name):
+                if not any(b.kind.d[name].numel() for b in self.builders):
+                    continue
+                called = name in _CALLED
+                found = shared_function(name, declared, self.builders, self.data, called)
+                if found.size and (found.kinds or called):
+                    shared[name] = found
+                    functions.append(found.public)
+                elif found.size:
+                    zeros.append((name, found.public.shape))
+                continue
             value = self.d[name]
-            if value.numel() and value.is_zero() and name not in _CALLED:
-                found.append((name, self.writer.shape_of(name)))
-        return tuple(found)
+            if value.numel() and (name in _CALLED or not value.is_zero()):
+                arguments = (*arguments_of(declared, value, self.data), "par")
+                functions.append(self.writer.model_function(name, arguments))
+            elif value.numel():
+                zeros.append((name, self.writer.shape_of(name)))
+        return tuple(functions), shared, tuple(zeros)
 
-    def steps(self, parts: tuple[Evaluate | Assembly, ...]) -> tuple[Step, ...]:
-        steps = []
-        for part in parts:
-            if isinstance(part, Evaluate):
-                if part.point in self.known_points:
-                    values = (*part.arguments, part.into)
-                    arguments = tuple(refs.argument(a, self.precision) for a in values)
-                    steps.append(Step(f"evaluate_{part.point}", arguments))
-            elif any(t.size for t in part.targets):
-                self.helpers.append(self.writer.assembly(part, (_WORK,)))
-                steps.append(Step(part.name, ("w",)))
-        return tuple(steps)
 
-    def elimination(self, p: Problem) -> Elimination:
-        K = next(t for t in p.jacobian.assembly.targets if t.array == "K")
-        entries = frozenset(place for place, _ in K.entries)
-        return eliminate(p.jacobian.K, p.n_x, entries)
+def _whole(d: Derivation) -> PartSpec:
+    """A model that is one part."""
+    data = d.data
+    q, contacts, rows = (range(n) for n in (data.n_q, len(data.contacts), d.R.numel()))
+    return PartSpec(data.name, 0, tuple(q), tuple(contacts), tuple(rows), ())
 
-    def problems(self) -> tuple[ProblemSpec, ...]:
-        specs = []
-        x = R = row = 0
-        at = sum(len(values) for _, values in _mass_tables(self.plan.inertia))
-        for p in self.plan.problems:
-            elimination = self.elimination(p)
-            specs.append(
-                ProblemSpec(
-                    name=p.name,
-                    equations=p.equations,
-                    n_x=p.n_x,
-                    n_slots=p.n_slots,
-                    x=x,
-                    R=R,
-                    response_row=row,
-                    gap_slots=p.gap_slots,
-                    last_rows=(
-                        self.sizes.n_g + self.sizes.n_gamma if p.last_rows is None else p.last_rows
-                    ),
-                    follows=2 if p.alone else int(p.follows),
-                    response=tuple(
-                        (self.precision.number(a), self.precision.number(b)) for a, b in p.response
-                    ),
-                    n_border=len(p.jacobian.order),
-                    tables=_tables(p.jacobian),
-                    places=_places(_tables(p.jacobian), at),
-                    elimination=elimination,
-                    unrolled=elimination.products <= UNROLLED,
-                    values=self.steps(p.values),
-                    derivatives=self.steps((*p.derivatives, p.jacobian.assembly)),
-                )
-            )
-            x += p.n_x
-            R += p.n_slots * self.sizes.n_R
-            row += p.n_slots
-            at += sum(len(values) for _, values in _tables(p.jacobian))
-        return tuple(specs)
+
+def _parts(composition: Composition, data: ModelData) -> tuple[PartSpec, ...]:
+    return tuple(
+        PartSpec(
+            *(part.name, kind, part.coordinates, part.contacts, part.rows),
+            tuple(members(part, data)[space] for space in SPACES),
+        )
+        for part, kind in zip(composition.parts, composition.kind_of, strict=True)
+    )
 
 
 def _files(plan: Scheme) -> tuple[str, ...]:
@@ -469,93 +443,24 @@ def _files(plan: Scheme) -> tuple[str, ...]:
     return files
 
 
-def contact_rows(data: ModelData, guarded: tuple[bool, ...] | None = None) -> list[ContactRow]:
-    """Rows of each contact in the percussion vectors."""
-    rows: list[ContactRow] = []
-    normal = friction = bound = 0
-    varying = sum(c.bound is not None for c in data.contacts)  # behind the given bounds
-    for k, c in enumerate(data.contacts):
-        is_contact = c.g_N is not None
-        given = c.bound is not None
-        pressed = (j for j, d in enumerate(data.contacts) if j > k and d.presser == c.presser)
-        rows.append(
-            ContactRow(
-                c.name,
-                normal if is_contact else -1,
-                friction,
-                c.n_F,
-                bound if given else -1,
-                -1 if c.presser is None else c.presser,
-                -1 if c.presser is None else normal if is_contact else rows[c.presser].normal,
-                -1 if c.presser is None else next(pressed, -1),
-                *(c.load or (0, 0)),
-                varying if c.varies else -1,
-                c.one_way,
-                c.poisson,
-                c.guard is not None if guarded is None else guarded[k],
-                c.guard is not None and c.presser in (None, k),
-                c.law,
-            )
-        )
-        normal += is_contact
-        bound += given
-        varying += 2 * c.varies
-        friction += c.n_F
-    return rows
-
-
-_Tables = tuple[tuple[str, tuple[int, ...]], ...]
-
-
-def _tables(j: Jacobian) -> _Tables:
-    """Where the entries of K, B, C and of the derivatives of the radii stand."""
-    return (
-        ("K_order", j.order),
-        ("K_start", j.K.start),
-        ("K_column", j.K.index),
-        ("K_diagonal", j.K.diagonal),
-        ("B_start", j.B.start),
-        ("B_row", j.B.index),
-        ("C_start", j.C.start),
-        ("C_column", j.C.index),
-        ("radius_start", j.radius.start),
-        ("radius_column", j.radius.index),
-    )
-
-
-def _mass_tables(inertia: Inertia) -> _Tables:
-    """Where the entries of the mass matrix and of W^T stand."""
-    return (
-        ("mass_order", inertia.order),
-        ("mass_start", inertia.mass.start),
-        ("mass_column", inertia.mass.index),
-        ("mass_diagonal", inertia.mass.diagonal),
-        ("direction_start", inertia.direction.start),
-        ("direction_column", inertia.direction.index),
-    )
-
-
-def _places(tables: _Tables, at: int) -> tuple[int, ...]:
-    """Where each of the tables begins if the first begins at `at`."""
-    places = []
-    for _, values in tables:
-        places.append(at)
-        at += len(values)
-    return tuple(places)
-
-
-def _index_type(tables: _Tables) -> str:
+def _index_type(tables: Sequence[tuple[int, ...]]) -> str:
     """Smallest C type that holds every entry of the tables."""
-    top = max(max(values, default=0) for _, values in tables)
+    top = max(max(values, default=0) for values in tables)
     if top < 256:
         return "unsigned char"
     return "unsigned short" if top < 65536 else "unsigned long"
 
 
 def _model_hash(
-    functions: tuple[CFunction, ...], data: ModelData, curves: tuple[CTable, ...]
+    functions: tuple[CFunction, ...],
+    shared: Mapping[str, SharedFunction],
+    parts: tuple[PartSpec, ...],
+    data: ModelData,
+    curves: tuple[CTable, ...],
 ) -> str:
     """Content hash of what the model says, independent of its source text."""
     what = tuple(f for f in functions if f.name != "shapes")  # a look changes no motion
     text = repr((what, data.coordinates, data.parameters, data.inputs, curves))
+    if shared:
+        text += repr((tuple(shared.values()), parts))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -116,6 +116,8 @@ class FunctionWriter:
         What the symbols of the scheme stand for.
     seeds : mapping from name to SX
         Symbols for changes of arguments, where the scheme is differentiated.
+    kind : str
+        Prefix of functions and points of one kind of parts, empty for a model that is one part.
     """
 
     def __init__(
@@ -125,8 +127,10 @@ class FunctionWriter:
         precision: Precision,
         memory: Memory,
         seeds: Mapping[str, ca.SX],
+        kind: str = "",
     ) -> None:
         self.d = d
+        self.kind = kind
         self.memory = memory
         self.prefix = prefix
         self.real = "real"  # the typedef that the runtime makes in the .c file
@@ -201,7 +205,8 @@ class FunctionWriter:
             () if full else (("out", rows * columns),),
         )
         shape = self.shape_of(name)
-        return self._write(name, arguments, (block,), _OUT, shape, doc=(doc_of(name),))
+        named = self.kind + name
+        return self._write(named, arguments, (block,), _OUT, shape, doc=(doc_of(name),))
 
     def shape_of(self, name: str) -> tuple[int, ...]:
         """Shape of a model function: a vector's has one number."""
@@ -225,16 +230,16 @@ class FunctionWriter:
                         tuple(self._label(name, rows[k], cols[k], value.shape[1]) for k in stored),
                     )
                 )
-        out = (CParameter("out", struct=point.name, const=False),)
+        out = (CParameter("out", struct=self.kind + point.name, const=False),)
         doc = (", ".join(name for name in point.fields if point.stored(name)),)
         return self._write(
-            f"evaluate_{point.name}",
+            f"{self.kind}evaluate_{point.name}",
             point.arguments,
             blocks,
             out,
             (),
             doc=doc,
-            at=point.after,
+            at=self.kind + point.after,
             known=point.known,
         )
 
@@ -247,7 +252,12 @@ class FunctionWriter:
             tuple(column[k] for k in range(count)),
             ("",) * count,
         )
-        return self._write(name, ("t", "q", "par"), (block,), _OUT, ())
+        return self._write(self.kind + name, ("t", "q", "par"), (block,), _OUT, ())
+
+    def part_energy(self) -> CFunction:
+        """The energy of a part at a state."""
+        block = _Block(equation_of("energy"), ("out[0]",), (self.d["energy"],), ("",))
+        return self._write(f"{self.kind}energy", ("t", "q", "v", "par"), (block,), _OUT, ())
 
     def initial_state(self) -> CFunction:
         """The model's initial state as a function of its parameters."""
@@ -311,8 +321,8 @@ class FunctionWriter:
             for field, (title, value) in rates.items()
         }
         return (
-            self._consistency("evaluate_places", ("t", "q", "par"), places),
-            self._consistency("evaluate_rates", ("t", "q", "v", "par"), rates),
+            self._consistency(f"{self.kind}evaluate_places", ("t", "q", "par"), places),
+            self._consistency(f"{self.kind}evaluate_rates", ("t", "q", "v", "par"), rates),
         )
 
     def _consistency(
@@ -350,13 +360,13 @@ class FunctionWriter:
                 )
         operations = Operations([v for b in blocks for v in b.values])
         found = {s.element_hash(): self.memory.ref(s) for s in operations.used()}
-        names = {key: refs.lvalue(ref) for key, ref in found.items() if ref is not None}
-        entries = {refs.lvalue(ref): refs.entry(ref) for ref in found.values() if ref is not None}
-        for t in assembly.targets:
-            written = [Ref(t.array, k, t.owner) for k, _ in t.entries]
-            entries |= {refs.lvalue(ref): refs.entry(ref) for ref in written}
+        kind = self.kind
+        names = {key: refs.lvalue(ref, kind) for key, ref in found.items() if ref is not None}
+        read = [ref for ref in found.values() if ref is not None]
+        written = [Ref(t.array, k, t.owner) for t in assembly.targets for k, _ in t.entries]
+        entries = {refs.lvalue(ref, kind): refs.entry(ref, kind) for ref in (*read, *written)}
         return self._finish(
-            assembly.name,
+            kind + assembly.name,
             operations,
             tuple(parameters),
             blocks,

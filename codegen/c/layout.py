@@ -1,9 +1,10 @@
 """Structs of the C interface: one table for the header, the manifest and the loader."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 from signorini.codegen.frontend.model_data import ModelData
-from signorini.codegen.program import COEFFICIENTS, Scheme
+from signorini.codegen.program import COEFFICIENTS, Point, Scheme
 
 STATUSES: tuple[tuple[str, str], ...] = (
     ("OK", "solved"),
@@ -104,6 +105,7 @@ class Sizes:
     n_loads: int
     n_compliance: int
     n_slack: int
+    n_parts: int
     spatial: bool
 
 
@@ -164,31 +166,14 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_loads=sum(c.load is not None for c in data.contacts),
         n_compliance=sum(p.n_slots for p in scheme.problems) * n_R if data.compliances else 0,
         n_slack=n_R if data.compliances else 0,
+        n_parts=1,
         n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )
 
 
-def structs(
-    data: ModelData, scheme: Scheme, n: Sizes, scratch: tuple[Struct, ...]
-) -> tuple[Struct, ...]:
-    """All structs, in the order in which C must see them; `scratch` are those of the runtime."""
-    params = tuple(
-        Field(
-            p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x)
-        )
-        for p in data.parameters
-    ) or (Field("unused", "real", (), "the model has no parameters"),)
-    options: tuple[Field, ...] = (
-        Field("tol", "real", (), "relative tolerance of every row; 0 iterates to round-off"),
-        Field("r", "real", (), "prox parameter of the contact laws; 0 chooses one per contact"),
-        Field("max_iterations", "int", (), "Newton iterations of a step with all its rescues"),
-        Field(
-            "max_halvings", "int", (), "halvings of a step that is not solved otherwise, at most 10"
-        ),
-        Field("active_set", "int", (), "ACTIVE_ANY_STAGE or ACTIVE_END, rule (67)"),
-        Field("scaling", "int", (), "SCALING_ROWS or SCALING_NONE: tol is absolute"),
-    )
+def _state(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
+    """All that influences the next step of a part."""
     state: tuple[Field, ...] = (
         Field("t", "real", (), "time"),
         Field("q", "real", (n.n_q,), "coordinates"),
@@ -215,10 +200,6 @@ def structs(
         Field("choice", "int", (n.n_problems,), "how its percussions were chosen, see info"),
     )
     if scheme.located:
-        options += (
-            Field("events", "int", (), "EVENTS_CAPTURED or EVENTS_LOCATED"),
-            Field("max_events", "int", (), f"events of a step, at most {n.n_events}"),
-        )
         state += (
             Field("t_impact", "real", (n.n_contacts,), "last located impact of each contact"),
             Field("located", "int", (), "whether the last step was cut at its events"),
@@ -230,6 +211,31 @@ def structs(
             Field("key", "real", (n.n_key,), "values of t, q and parameters that they belong to"),
             Field("terms", "real", (n.n_terms,), "terms of (t, q) at the end of the last step"),
         )
+    return state
+
+
+_OF_RUN = ("t_grid", "h_grid", "n_grid")  # of a state that all parts have in common
+
+
+def _states(scheme: Scheme, n: Sizes, most: Sizes) -> tuple[Struct, ...]:
+    doc = "All that influences the next step; plain data."
+    if n.n_parts == 1:
+        return (Struct("state", doc, _state(scheme, n)),)
+    whole = {f.name: f for f in _state(scheme, n)}
+    return (
+        Struct("part", "What a part of the model goes on from.", _state(scheme, most)),
+        Struct(
+            "state",
+            doc,
+            (
+                *(whole[name] for name in ("t", "q", "v", *_OF_RUN, "contact")),
+                Field("part", "part", (n.n_parts,), "its parts"),
+            ),
+        ),
+    )
+
+
+def _info(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
     info: tuple[Field, ...] = (
         Field("status", "int", (), "status code of the step"),
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
@@ -251,6 +257,82 @@ def structs(
             Field("t_captured", "real", (), "from when on"),
             Field("n_events", "int", (), "events of a located step, listed below"),
             Field("events", "event", (n.n_events,), "the first of them"),
+        )
+    return info
+
+
+def _infos(scheme: Scheme, n: Sizes, most: Sizes) -> tuple[Struct, ...]:
+    doc = "What a step reports."
+    if n.n_parts == 1:
+        return (Struct("info", doc, _info(scheme, n)),)
+    of_islands = (
+        Field("islands", "int", (), "islands that the step was taken in"),
+        Field("largest", "int", (), "parts of the largest island"),
+        Field("rescued", "int", (), "part of the first island that needed a rescue; -1: none"),
+        Field("failed", "int", (), "part of the island that was not solved; -1: none"),
+    )
+    return (
+        Struct("report", "What the step of one island reports.", _info(scheme, most)),
+        Struct("info", doc, (*_info(scheme, n), *of_islands)),
+    )
+
+
+# Of these a model has as many as all its parts together; of all else what its largest part has.
+_OF_MODEL = (
+    *("n_q", "n_g", "n_gamma", "n_N", "n_F", "n_contacts", "n_R"),
+    *("n_x_total", "n_rows_total"),
+)
+
+
+def largest(kinds: Sequence[Sizes]) -> Sizes:
+    """Sizes that every kind of parts fits into."""
+    return Sizes(**{f.name: max(getattr(n, f.name) for n in kinds) for f in fields(Sizes)})
+
+
+def together(kinds: Sequence[Sizes], kind_of: Sequence[int], data: ModelData) -> Sizes:
+    """Sizes of a model of several parts: scratch is that of the largest."""
+    total = {name: sum(getattr(kinds[k], name) for k in kind_of) for name in _OF_MODEL}
+    n = replace(largest(kinds), **total, n_outputs=len(data.outputs), n_parts=len(kind_of))
+    return replace(n, n_u=len(data.inputs))
+
+
+@dataclass(frozen=True, eq=False)
+class Scratch:
+    """What the parts of one kind need of the scratch of a step: their scheme, and the prefix of its
+    points, empty for a model that is one part."""
+
+    prefix: str
+    scheme: Scheme
+
+
+def structs(
+    data: ModelData, kinds: Sequence[Scratch], n: Sizes, most: Sizes, scratch: tuple[Struct, ...]
+) -> tuple[Struct, ...]:
+    """All structs, in the order in which C must see them.
+
+    `n` are the sizes of the model, `most` those of its largest part; `scratch` is the runtime's.
+    """
+    scheme = kinds[0].scheme
+    params = tuple(
+        Field(
+            p.name, "real", (), " ".join(x for x in (f"[{p.unit}]" if p.unit else "", p.doc) if x)
+        )
+        for p in data.parameters
+    ) or (Field("unused", "real", (), "the model has no parameters"),)
+    options: tuple[Field, ...] = (
+        Field("tol", "real", (), "relative tolerance of every row; 0 iterates to round-off"),
+        Field("r", "real", (), "prox parameter of the contact laws; 0 chooses one per contact"),
+        Field("max_iterations", "int", (), "Newton iterations of a step with all its rescues"),
+        Field(
+            "max_halvings", "int", (), "halvings of a step that is not solved otherwise, at most 10"
+        ),
+        Field("active_set", "int", (), "ACTIVE_ANY_STAGE or ACTIVE_END, rule (67)"),
+        Field("scaling", "int", (), "SCALING_ROWS or SCALING_NONE: tol is absolute"),
+    )
+    if scheme.located:
+        options += (
+            Field("events", "int", (), "EVENTS_CAPTURED or EVENTS_LOCATED"),
+            Field("max_events", "int", (), f"events of a step, at most {n.n_events}"),
         )
     event = (
         Field("t", "real", (), "its time: the end of the step where that is captured"),
@@ -310,7 +392,7 @@ def structs(
     )
     points = tuple(
         Struct(
-            point.name,
+            kind.prefix + point.name,
             f"Model functions at one point ({', '.join(point.fields)}); numbers are left out.",
             tuple(
                 Field(name, "real", (len(point.stored(name)),))
@@ -318,13 +400,14 @@ def structs(
                 if point.stored(name)
             ),
         )
-        for point in (*scheme.points, *(scheme.forward.points if scheme.forward else ()))
+        for kind in kinds
+        for point in (*kind.scheme.points, *_forward_points(kind.scheme))
         if any(point.stored(name) for name in point.fields)
     )
     consistency = (
-        Field("value", "real", (n.n_R,), "rows of constraints and contacts"),
-        Field("size", "real", (n.n_R,), "their terms, summed up"),
-        Field("guard", "real", (n.n_contacts,)),
+        Field("value", "real", (most.n_R,), "rows of constraints and contacts"),
+        Field("size", "real", (most.n_R,), "their terms, summed up"),
+        Field("guard", "real", (most.n_contacts,)),
     )
     adjoint = (
         Struct(
@@ -352,9 +435,9 @@ def structs(
     return (
         Struct("params", "Parameters in declared order.", params),
         Struct("options", "Options of the step.", options),
-        Struct("state", "All that influences the next step; plain data.", state),
+        *_states(scheme, n, most),
         Struct("event", "A change of a contact's state.", event),
-        Struct("info", "What a step reports.", info),
+        *_infos(scheme, n, most),
         Struct(
             "record",
             "Buffers of the caller for many steps; a row stands for `every` steps.",
@@ -369,9 +452,13 @@ def structs(
         Struct(
             "work",
             "Scratch of one step; nothing survives in it.",
-            _work(scheme, n, points, scratch),
+            _work(kinds, n, most, points, scratch),
         ),
     )
+
+
+def _forward_points(scheme: Scheme) -> tuple[Point, ...]:
+    return scheme.forward.points if scheme.forward else ()
 
 
 def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Struct, ...]:
@@ -382,7 +469,8 @@ def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Stru
         *("r", "y", "radius", *(name for name, _ in COEFFICIENTS)),
     }
     looks = {f.name for f in _looks(scheme, n)}
-    fields = [f for f in _work(scheme, n, (), ()) if f.name in own or f.name in looks]
+    alone = (Scratch("", scheme),)
+    fields = [f for f in _work(alone, n, n, (), ()) if f.name in own or f.name in looks]
     places = tuple(
         Field(place, f"{point}_forward", (count,) if count else ())
         for point, place, count in scheme.places
@@ -397,10 +485,10 @@ def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Stru
     )
 
 
-def _terms(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
+def _terms(recalls: bool, n: Sizes) -> tuple[Field, ...]:
     if not n.n_terms:
         return ()
-    if not scheme.recalls:
+    if not recalls:
         return (Field("terms", "real", (n.n_terms,), "terms of (t, q) at the middle"),)
     return (
         Field("key", "real", (n.n_key,), "values of t, q and parameters that terms depend on"),
@@ -424,18 +512,45 @@ def _looks(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
     )
 
 
+def _islands(whole: Sizes, most: Sizes) -> tuple[Field, ...]:
+    """What a model of several parts needs besides: the part at hand, and where all will be."""
+    if whole.n_parts == 1:
+        return (Field("trial", "state", (), "state at the start of the (sub)step"),)
+    return (
+        Field("kind", "int", (), "kind of the part that is being stepped"),
+        Field("trial", "part", (), "its state at the start of the (sub)step"),
+        Field("report", "report", (), "what its step reports"),
+        Field("next", "part", (whole.n_parts,), "all parts at the end of the step"),
+        Field("exists", "int", (whole.n_contacts,), "guard >= 0 at the start, of all contacts"),
+        Field("staged", "int", (), "whether all parts were stepped whole: there are stages"),
+        Field("stage_t", "real", (whole.n_stages,), "t^i"),
+        Field("stage_q", "real", (whole.n_stages, whole.n_q), "Q^i"),
+        Field("stage_v", "real", (whole.n_stages, whole.n_q), "V^i"),
+        Field("stage_R", "real", (whole.n_stages, whole.n_R), "R^i"),
+        Field("part_q", "real", (most.n_stages, most.n_q), "Q^i of one part"),
+        Field("part_v", "real", (most.n_stages, most.n_q), "V^i of one part"),
+        Field("part_R", "real", (most.n_stages, most.n_R), "R^i of one part"),
+    )
+
+
 def _work(
-    scheme: Scheme, n: Sizes, points: tuple[Struct, ...], scratch: tuple[Struct, ...]
+    kinds: Sequence[Scratch],
+    whole: Sizes,
+    n: Sizes,
+    points: tuple[Struct, ...],
+    scratch: tuple[Struct, ...],
 ) -> tuple[Field, ...]:
+    scheme = kinds[0].scheme
     known = {p.name for p in points}
     places = tuple(
-        Field(place, point, (count,) if count else ())
-        for point, place, count in scheme.places
-        if point in known
+        Field(kind.prefix + place, kind.prefix + point, (count,) if count else ())
+        for kind in kinds
+        for point, place, count in kind.scheme.places
+        if kind.prefix + point in known
     )
-    rows = max(p.n_slots for p in scheme.problems)
+    rows = max(p.n_slots for kind in kinds for p in kind.scheme.problems)
     return (
-        Field("trial", "state", (), "state at the start of the (sub)step"),
+        *_islands(whole, n),
         Field("t", "real", (), "start of the (sub)step"),
         Field("h", "real", (), "its size"),
         Field("q", "real", (n.n_q,), "q_n"),
@@ -456,7 +571,7 @@ def _work(
         Field("compliance", "real", (n.n_compliance,), "dy/dR of the rows of all problems"),
         Field("slack", "real", (n.n_slack,), "what rows that yield are compressed by at the start"),
         Field("no_R", "real", (n.n_R,), "zeros"),
-        *_terms(scheme, n),
+        *_terms(any(kind.scheme.recalls for kind in kinds), n),
         *places,
         *_looks(scheme, n),
         Field("Q", "real", (n.n_stages, n.n_q), "positions at the stages"),

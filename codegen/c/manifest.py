@@ -58,17 +58,25 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
             f.name: {"arguments": list(f.arguments), "shape": list(f.shape)} for f in spec.functions
         },
         "zeros": {name: list(shape) for name, shape in spec.zeros},
-        "problems": [
+        "kinds": [
             {
-                "name": p.name,
-                "n_x": p.n_x,
-                "n_slots": p.n_slots,
-                "x": p.x,
-                "R": p.R,
-                "tables": {name: list(values) for name, values in p.tables},
+                "name": kind.name,
+                "sizes": asdict(kind.sizes),
+                "problems": [
+                    {
+                        "name": p.name,
+                        "n_x": p.n_x,
+                        "n_slots": p.n_slots,
+                        "x": p.x,
+                        "R": p.R,
+                        "tables": {name: list(values) for name, values in p.tables},
+                    }
+                    for p in kind.problems
+                ],
             }
-            for p in spec.problems
+            for kind in spec.kinds
         ],
+        "parts": [asdict(part) for part in spec.parts],
         "footprint": asdict(spec.footprint),
         "runtime_hash": spec.runtime_hash,
         "model_hash": spec.model_hash,

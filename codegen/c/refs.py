@@ -21,9 +21,10 @@ from signorini.codegen.program import (
 _OWNERS = {WORK: "w->", STATE: "w->trial.", CALLER: "", ARGUMENT: "", FORWARD: "w->forward."}
 
 
-def lvalue(ref: Ref) -> str:
-    """One number."""
-    text = _OWNERS[ref.owner] + ref.array
+def lvalue(ref: Ref, kind: str = "") -> str:
+    """One number; results of points have the prefix of the kind of parts that they belong to."""
+    of_point = ref.field and ref.owner != ARGUMENT
+    text = _OWNERS[ref.owner] + (kind if of_point else "") + ref.array
     if ref.index is not None:
         text += f"[{ref.index}]"
     if ref.field:
@@ -33,11 +34,12 @@ def lvalue(ref: Ref) -> str:
     return text
 
 
-def entry(ref: Ref) -> Entry | None:
+def entry(ref: Ref, kind: str = "") -> Entry | None:
     """The same number as an entry of its array; None for a number that stands alone."""
     if ref.field:
         name, index = ref.field
-        return Entry(lvalue(replace(ref, field=(name, 0))).removesuffix("[0]") + "[{}]", index)
+        first = lvalue(replace(ref, field=(name, 0)), kind)
+        return Entry(first.removesuffix("[0]") + "[{}]", index)
     if ref.index is None:
         return None
     return Entry(f"{_OWNERS[ref.owner]}{ref.array}[{{}}]", ref.index)
@@ -53,7 +55,7 @@ def base(name: str, owner: str) -> str:
     return name if owner == CALLER else "w"
 
 
-def argument(value: Argument, precision: Precision) -> str:
+def argument(value: Argument, precision: Precision, kind: str = "") -> str:
     """What is handed to an evaluating function: a pointer, a number or the parameters."""
     if isinstance(value, Parameters):
         return "par" if value.owner == WORK else f"&{_OWNERS[value.owner]}par"
@@ -64,5 +66,5 @@ def argument(value: Argument, precision: Precision) -> str:
         return f"{t} + {h}" if value.c == 1 else f"{t} + {precision.number(value.c)} * {h}"
     if isinstance(value, Place):
         index = "" if value.index is None else f"[{value.index}]"
-        return f"&{_OWNERS[value.owner]}{value.name}{index}"
-    return lvalue(value) if value.index is None else f"&{lvalue(value)}"
+        return f"&{_OWNERS[value.owner]}{kind}{value.name}{index}"
+    return lvalue(value, kind) if value.index is None else f"&{lvalue(value, kind)}"

@@ -1,6 +1,7 @@
 """The one frozen object that templates and the manifest are made from."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from signorini.codegen.c.elimination import Elimination
@@ -24,8 +25,10 @@ from signorini.codegen.c.layout import (
     MAX_ITERATIONS,
     Sizes,
     Struct,
+    largest,
 )
 from signorini.codegen.c.printer import Precision
+from signorini.codegen.c.share import SharedFunction
 from signorini.codegen.c.tables import CTable
 from signorini.codegen.derive.influence import Influence
 from signorini.codegen.frontend.model_data import Parameter
@@ -139,6 +142,72 @@ class ForwardSpec:
 
 
 @dataclass(frozen=True)
+class KindSpec:
+    """Parts of a model that are alike; a model that is one part has one kind, without a name."""
+
+    name: str
+    sizes: Sizes
+    coordinates: tuple[str, ...]  # of the first of them
+    contacts: tuple[ContactRow, ...]
+    yields: tuple[int, ...]  # for every percussion whether its row does
+    mobility: bool
+    tables: tuple[tuple[str, tuple[int, ...]], ...]
+    mass_places: tuple[int, ...]
+    helpers: tuple[CFunction, ...]
+    start: tuple[Step, ...]
+    problems: tuple[ProblemSpec, ...]
+    finish: CFunction
+    record: CFunction
+    watch: tuple[Step, ...]
+    finish_segment: CFunction | None
+    consistency: tuple[CFunction, ...]
+    bilateral: CFunction
+
+    @property
+    def prefix(self) -> str:
+        """What its functions begin with, behind the prefix of the model."""
+        return f"{self.name}_" if self.name else ""
+
+    @property
+    def slips(self) -> tuple[tuple[int, int], ...]:
+        """Contact and component of every slip row."""
+        return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+
+    @property
+    def one_way(self) -> tuple[int, ...]:
+        """Whether each normal row is a velocity."""
+        return tuple(int(c.one_way) for c in self.contacts if c.normal >= 0)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Its numbers as the struct sg_kind holds them."""
+        n = self.sizes
+        return (
+            *(n.n_q, n.n_g, n.n_gamma, n.n_N, n.n_F, n.n_R, n.n_contacts, n.n_bounds),
+            *(n.n_compliance, n.n_key, n.n_terms),
+            *(int(n.spatial), int(self.mobility), DIRECTIONS),
+        )
+
+    @property
+    def written(self) -> tuple[CFunction, ...]:
+        """All functions, in the order in which C must see them."""
+        segment = (self.finish_segment,) if self.finish_segment else ()
+        return (*self.helpers, self.finish, self.record, *segment, *self.consistency)
+
+
+@dataclass(frozen=True)
+class PartSpec:
+    """One part of a model: name, kind, and places among those of the model."""
+
+    name: str
+    kind: int
+    coordinates: tuple[int, ...]
+    contacts: tuple[int, ...]
+    rows: tuple[int, ...]
+    shares: tuple[tuple[int, ...], ...]  # space by space, as SPACES counts them
+
+
+@dataclass(frozen=True)
 class EmitSpec:
     """Everything the templates see."""
 
@@ -166,29 +235,19 @@ class EmitSpec:
     gamma_blocks: tuple[tuple[str, int], ...]
     contacts: tuple[ContactRow, ...]
     compliant: tuple[str, ...]  # constraint or contact of every row that yields
-    yields: tuple[int, ...]  # for every percussion whether its row does
     outputs: tuple[str, ...]
     shapes: tuple[tuple[str, str, int], ...]
     statuses: tuple[tuple[str, str], ...]
     structs: tuple[Struct, ...]
     functions: tuple[CFunction, ...]
+    shared: Mapping[str, SharedFunction]  # those that are made of what they are of each part
     zeros: tuple[tuple[str, tuple[int, ...]], ...]
-    helpers: tuple[CFunction, ...]
-    consistency: tuple[CFunction, ...]
-    bilateral: CFunction
+    kinds: tuple[KindSpec, ...]
+    parts: tuple[PartSpec, ...]
     initial_state: CFunction
     index_type: str
-    mobility: bool
-    tables: tuple[tuple[str, tuple[int, ...]], ...]
     curves: tuple[CTable, ...]
-    mass_places: tuple[int, ...]
-    start: tuple[Step, ...]
-    problems: tuple[ProblemSpec, ...]
-    finish: CFunction
-    record: CFunction
-    watch: tuple[Step, ...]
     adaptive: bool
-    finish_segment: CFunction | None
     forward: ForwardSpec | None
     polynomials: tuple[tuple[str, tuple[tuple[str, ...], ...]], ...]
     types: str
@@ -202,14 +261,48 @@ class EmitSpec:
     manifest_hash: str = ""
 
     @property
-    def slips(self) -> tuple[tuple[int, int], ...]:
-        """Contact and component of every slip row."""
-        return tuple((k, d) for k, c in enumerate(self.contacts) for d in range(c.components))
+    def single(self) -> bool:
+        """Whether the model is one part."""
+        return len(self.parts) == 1
+
+    def first_member(self, part: int) -> int:
+        """Where the places of a part begin in the table of all parts."""
+        before = self.parts[:part]
+        return sum(len(p.coordinates) + len(p.contacts) + len(p.rows) for p in before)
 
     @property
-    def one_way(self) -> tuple[int, ...]:
-        """Whether each normal row is a velocity."""
-        return tuple(int(c.one_way) for c in self.contacts if c.normal >= 0)
+    def first_shares(self) -> tuple[tuple[int, ...], ...]:
+        """Where the places of each part begin, space by space."""
+        found, at = [], 0
+        for part in self.parts:
+            first = []
+            for places in part.shares:
+                first.append(at)
+                at += len(places)
+            found.append(tuple(first))
+        return tuple(found)
+
+    @property
+    def share_counts(self) -> tuple[tuple[int, ...], ...]:
+        """How many places a part of each kind has, space by space."""
+        first = {part.kind: part for part in reversed(self.parts)}
+        return tuple(
+            tuple(len(places) for places in first[k].shares) for k in range(len(self.kinds))
+        )
+
+    def calls(self, kind: KindSpec, name: str) -> bool:
+        """Whether parts of a kind have a function."""
+        return kind.sizes.n_key > 0 or name not in ("key", "evaluate_terms")
+
+    @property
+    def tables(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Where the entries of all sparse matrices stand."""
+        return tuple(table for kind in self.kinds for table in kind.tables)
+
+    @property
+    def problems(self) -> tuple[ProblemSpec, ...]:
+        """The problems of all kinds."""
+        return tuple(p for kind in self.kinds for p in kind.problems)
 
     @property
     def indices(self) -> tuple[tuple[str, tuple[tuple[str, int], ...]], ...]:
@@ -237,12 +330,17 @@ class EmitSpec:
     @property
     def located(self) -> bool:
         """Whether steps can be cut at their events."""
-        return self.finish_segment is not None
+        return self.kinds[0].finish_segment is not None
 
     @property
     def events(self) -> str:
         """What happens at an impact within a step, as `build` is asked for it."""
         return "located" if self.located else "captured"
+
+    @property
+    def most(self) -> Sizes:
+        """Sizes of the largest part."""
+        return largest([kind.sizes for kind in self.kinds])
 
     @property
     def energy(self) -> tuple[CFunction, ...]:
@@ -287,13 +385,10 @@ class EmitSpec:
     @property
     def stable_scratch(self) -> int:
         """Reals that p_stable_step needs from its caller."""
-        n = self.sizes
-        return 2 * n.n_q**2 + n.n_q * max(n.n_q, n.n_g + n.n_gamma) + 2 * n.n_q
-
-    @property
-    def directions(self) -> int:
-        """Most directions of a central path."""
-        return DIRECTIONS
+        return max(
+            2 * n.n_q**2 + n.n_q * max(n.n_q, n.n_g + n.n_gamma) + 2 * n.n_q
+            for n in (kind.sizes for kind in self.kinds)
+        )
 
     @property
     def max_iterations(self) -> int:
@@ -306,16 +401,66 @@ class EmitSpec:
         real = self.precision.size
         sizes = struct_sizes(self.structs, real)
         written = (
-            *(*self.energy, *self.helpers),
-            *((self.finish_segment,) if self.finish_segment else ()),
-            *(self.finish, self.record, *self.consistency, self.initial_state),
+            *self.energy,
+            *(f for kind in self.kinds for f in kind.written),
+            self.initial_state,
         )
-        operations = {f.name: f.operations for f in self.helpers}
+        works = [self._work_of(self.kinds[part.kind]) for part in self.parts]
+        step, start = (sum(work[name] for work in works) for name in ("step", "start"))
+        iteration = max(work["iteration"] for work in works)
+        look = sum(work["look"] for work in works)
+        unrolled = [p.elimination for p in self.problems if p.unrolled]
+        lines = sum(len(section.lines) for f in written for section in f.sections)
+        lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
+        return Footprint(
+            **{name: sizes[name] for name in ("state", "work", "params", "options", "info")},
+            control=sizes.get("control", 0),
+            stack=stack_bound(
+                real,
+                max(len(f.temporaries) + len(f.aliases) for f in written),
+                lines,
+                sizes["consistency"],
+                self.sizes.n_contacts,
+            )
+            + (sizes["info"] if self.located else 0),
+            flash=flash_bound(
+                lines,
+                sum(f.operations for f in written),
+                sum(e.products for e in unrolled),
+                self.sizes.n_contacts > 1 or any(c.law != "none" for c in self.contacts),
+                any(c.law == "elliptic" for c in self.contacts),
+            )
+            + sum(real * c.numbers for c in self.curves)
+            + (LOCATED_FLASH if self.located else 0)
+            + (ADAPTIVE_FLASH if self.adaptive else 0),
+            start=start,
+            **{
+                name: sum(work[name] for work in works)
+                for name in ("values", "derivatives", "products")
+            },
+            iteration=iteration,
+            step=step,
+            located=located_bound(
+                step,
+                MAX_ITERATIONS,
+                iteration,
+                start,
+                look,
+                self.sizes.n_contacts,
+                MAX_EVENTS,
+            )
+            if self.located
+            else 0,
+        )
+
+    def _work_of(self, kind: KindSpec) -> dict[str, int]:
+        """Operations that a part of a kind takes in a step."""
+        operations = {f.name: f.operations for f in kind.helpers}
 
         def count(steps: tuple[Step, ...]) -> int:
             return sum(operations[step.function] for step in steps)
 
-        n = self.sizes
+        n = kind.sizes
         scales = 6 * (n.n_mass + n.n_direction) + 20 * n.n_R
         iteration = max(
             iteration_bound(
@@ -328,47 +473,18 @@ class EmitSpec:
                 p.elimination.products,
                 n.spatial,
             )
-            for p in self.problems
+            for p in kind.problems
         )
-        start = count(self.start)
+        start = count(kind.start)
         if n.n_key:
-            start += operations["evaluate_terms"]
-        step = start + (MAX_ITERATIONS + len(self.problems)) * iteration
-        # positions and velocities on the dense output, then what the model says there
-        look = 8 * (self.stages + 2) * n.n_q + (count(self.watch))
-        unrolled = [p.elimination for p in self.problems if p.unrolled]
-        lines = sum(len(section.lines) for f in written for section in f.sections)
-        lines += sum(len(e.first) + len(e.border) + len(e.solve) for e in unrolled)
-        return Footprint(
-            **{name: sizes[name] for name in ("state", "work", "params", "options", "info")},
-            control=sizes.get("control", 0),
-            stack=stack_bound(
-                real,
-                max(len(f.temporaries) + len(f.aliases) for f in written),
-                lines,
-                sizes["consistency"],
-                n.n_contacts,
-            )
-            + (sizes["info"] if self.located else 0),
-            flash=flash_bound(
-                lines,
-                sum(f.operations for f in written),
-                sum(e.products for e in unrolled),
-                n.n_contacts > 1 or any(c.law != "none" for c in self.contacts),
-                any(c.law == "elliptic" for c in self.contacts),
-            )
-            + sum(real * c.numbers for c in self.curves)
-            + (LOCATED_FLASH if self.located else 0)
-            + (ADAPTIVE_FLASH if self.adaptive else 0),
-            start=start,
-            values=sum(count(p.values) for p in self.problems),
-            derivatives=sum(count(p.derivatives) for p in self.problems),
-            products=sum(p.elimination.products for p in self.problems),
-            iteration=iteration,
-            step=step,
-            located=located_bound(
-                step, MAX_ITERATIONS, iteration, start, look, n.n_contacts, MAX_EVENTS
-            )
-            if self.located
-            else 0,
-        )
+            start += operations[f"{kind.prefix}evaluate_terms"]
+        return {
+            "start": start,
+            "iteration": iteration,
+            "step": start + (MAX_ITERATIONS + len(kind.problems)) * iteration,
+            # positions and velocities on the dense output, then what the model says there
+            "look": 8 * (self.stages + 2) * n.n_q + count(kind.watch),
+            "values": sum(count(p.values) for p in kind.problems),
+            "derivatives": sum(count(p.derivatives) for p in kind.problems),
+            "products": sum(p.elimination.products for p in kind.problems),
+        }

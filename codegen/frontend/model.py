@@ -58,6 +58,7 @@ class Model(Laws):
         self.doc = ""
         self.coordinate_names: list[str] = []
         self.coordinate_units: list[str] = []
+        self.bodies: list[tuple[str, tuple[int, ...]]] = []  # names, places of coordinates
         self.velocity_names: list[str] = []
         self.parameter_table: dict[str, par] = {}
         self.input_names: list[str] = []

@@ -110,6 +110,7 @@ class ModelData:
 
     `t`, `q`, `v`, `u`, `par` are columns of SX symbols; every expression depends on them alone.
     `units` are those of the coordinates, empty where none were given.
+    `bodies` has the names of what was declared as a body, and its coordinates.
     `shapes` has kind, name and number of points of what is drawn, `places` the points in rows.
     """
 
@@ -123,6 +124,7 @@ class ModelData:
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
     units: tuple[str, ...]
+    bodies: tuple[tuple[str, tuple[int, ...]], ...]
     inputs: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     L: ca.SX

@@ -52,6 +52,13 @@ class _Freezer:
         self.v = self._symbols(model.v)
         self.par = self._symbols(model.par)
         self.u = self._symbols(model.u)
+        columns = (("t", self.t), ("q", self.q), ("v", self.v), ("u", self.u))
+        self.letter_of = {
+            symbol.element_hash(): letter
+            for letter, column in columns
+            for symbol in ca.vertsplit(column)
+            if column.numel()
+        }
         self.slips: list[tuple[str, ca.SX]] = []
         self.tables: list[tuple[str, Table]] = []
 
@@ -83,6 +90,7 @@ class _Freezer:
             coordinates=tuple(model.coordinate_names),
             velocities=tuple(model.velocity_names),
             units=tuple(model.coordinate_units),
+            bodies=tuple(model.bodies),
             inputs=tuple(model.input_names),
             parameters=tuple(
                 Parameter(
@@ -128,14 +136,16 @@ class _Freezer:
         """Translate one expression; `depends` lists what it may depend on (t, q, v, u, p)."""
         world = self.model.world
         sx = world.to_sx(self.name, equation, expr)
-        self._check_numbers(equation, sx)
+        symbols = ca.symvar(sx)
+        self._check_numbers(equation, sx, symbols)
+        found = {self.letter_of.get(s.element_hash()) for s in symbols}
         for letter, column, what, remedy in (
             ("t", self.t, "time", "It must not depend on time"),
             ("q", self.q, "coordinate", "It must not depend on coordinates"),
             ("v", self.v, "velocity", _REMEDY_GAP if "g_N" in equation else _REMEDY_V),
             ("u", self.u, "input", _REMEDY_U),
         ):
-            if letter not in depends and ca.depends_on(sx, column):
+            if letter not in depends and letter in found:
                 names = [x.name() for x in ca.vertsplit(column) if ca.depends_on(sx, x)]
                 raise ModelError(self.name, equation, f"depends on the {what} '{names[0]}'", remedy)
         if smooth:
@@ -149,8 +159,10 @@ class _Freezer:
                 )
         return sx
 
-    def _check_numbers(self, equation: str, sx: ca.SX) -> None:
-        f = ca.Function("f", [ca.vertcat(*ca.symvar(sx))], [sx])
+    def _check_numbers(self, equation: str, sx: ca.SX, symbols: list[ca.SX]) -> None:
+        if sx.is_constant() and np.isfinite(float(sx)):
+            return
+        f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *symbols)], [sx])
         for k in range(f.n_instructions()):
             op = f.instruction_id(k)
             if op == ca.OP_CALL:

@@ -60,7 +60,6 @@
 #undef SG_MOST_STATES
 #undef SG_NAN
 #undef SG_N_AXES
-#undef SG_N_BOUNDS
 #undef SG_N_CHAIN
 #undef SG_N_COMPLIANCE
 #undef SG_N_CONTACTS
@@ -72,19 +71,17 @@
 #undef SG_N_LOADS
 #undef SG_N_N
 #undef SG_N_ONE_WAY
+#undef SG_N_PARTS
 #undef SG_N_PROBLEMS
 #undef SG_N_Q
 #undef SG_N_R
 #undef SG_N_ROWS_KEPT
-#undef SG_N_ROWS_TOTAL
 #undef SG_N_SLIP
 #undef SG_N_STAGES
 #undef SG_N_TERMS
 #undef SG_N_U
 #undef SG_N_VARYING
-#undef SG_N_X
 #undef SG_N_X_KEPT
-#undef SG_N_X_TOTAL
 #undef SG_PARTS
 #undef SG_PART_AGAIN
 #undef SG_PART_WHOLE
@@ -96,7 +93,6 @@
 #undef SG_REST
 #undef SG_ROOT_NEAR
 #undef SG_ROOT_ROUNDS
-#undef SG_ROWS_OF_SLOT
 #undef SG_SAID
 #undef SG_SAMPLES
 #undef SG_SEARCHED
@@ -106,6 +102,7 @@
 #undef SG_SOFTNESS
 #undef SG_SOLVES
 #undef SG_SPATIAL
+#undef SG_SPATIAL_TURNS
 #undef SG_SQRT
 #undef SG_STAGNATION
 #undef SG_STEEP
@@ -152,6 +149,8 @@
 #define SG_LATER_ATTEMPT bouncing_ball_own_SG_LATER_ATTEMPT
 #undef SG_LEAST_NORM
 #define SG_LEAST_NORM bouncing_ball_own_SG_LEAST_NORM
+#undef SG_MOST_Q
+#define SG_MOST_Q bouncing_ball_own_SG_MOST_Q
 #undef SG_NORMAL
 #define SG_NORMAL bouncing_ball_own_SG_NORMAL
 #undef SG_OPENS
@@ -274,6 +273,8 @@
 #define sg_check_slip_rows bouncing_ball_own_sg_check_slip_rows
 #undef sg_check_smooth
 #define sg_check_smooth bouncing_ball_own_sg_check_smooth
+#undef sg_check_start
+#define sg_check_start bouncing_ball_own_sg_check_start
 #undef sg_choose
 #define sg_choose bouncing_ball_own_sg_choose
 #undef sg_cod_factor
@@ -292,20 +293,24 @@
 #define sg_compliance bouncing_ball_own_sg_compliance
 #undef sg_contact
 #define sg_contact bouncing_ball_own_sg_contact
+#undef sg_contact_at
+#define sg_contact_at bouncing_ball_own_sg_contact_at
 #undef sg_contact_rows
 #define sg_contact_rows bouncing_ball_own_sg_contact_rows
 #undef sg_contact_state
 #define sg_contact_state bouncing_ball_own_sg_contact_state
 #undef sg_contacts
 #define sg_contacts bouncing_ball_own_sg_contacts
+#undef sg_contacts_of
+#define sg_contacts_of bouncing_ball_own_sg_contacts_of
+#undef sg_coordinates_of
+#define sg_coordinates_of bouncing_ball_own_sg_coordinates_of
 #undef sg_copy
 #define sg_copy bouncing_ball_own_sg_copy
 #undef sg_count
 #define sg_count bouncing_ball_own_sg_count
 #undef sg_cover
 #define sg_cover bouncing_ball_own_sg_cover
-#undef sg_direction
-#define sg_direction bouncing_ball_own_sg_direction
 #undef sg_dot
 #define sg_dot bouncing_ball_own_sg_dot
 #undef sg_effective_mass
@@ -316,14 +321,24 @@
 #define sg_end_of bouncing_ball_own_sg_end_of
 #undef sg_ended_here
 #define sg_ended_here bouncing_ball_own_sg_ended_here
+#undef sg_energy
+#define sg_energy bouncing_ball_own_sg_energy
+#undef sg_energy_at
+#define sg_energy_at bouncing_ball_own_sg_energy_at
+#undef sg_enter_part
+#define sg_enter_part bouncing_ball_own_sg_enter_part
 #undef sg_equal_masses
 #define sg_equal_masses bouncing_ball_own_sg_equal_masses
 #undef sg_evaluate
 #define sg_evaluate bouncing_ball_own_sg_evaluate
+#undef sg_evaluate_problem
+#define sg_evaluate_problem bouncing_ball_own_sg_evaluate_problem
 #undef sg_event
 #define sg_event bouncing_ball_own_sg_event
 #undef sg_event_kind
 #define sg_event_kind bouncing_ball_own_sg_event_kind
+#undef sg_exists
+#define sg_exists bouncing_ball_own_sg_exists
 #undef sg_expand
 #define sg_expand bouncing_ball_own_sg_expand
 #undef sg_expand_direction
@@ -344,10 +359,16 @@
 #define sg_finite bouncing_ball_own_sg_finite
 #undef sg_first_answer
 #define sg_first_answer bouncing_ball_own_sg_first_answer
+#undef sg_first_normal
+#define sg_first_normal bouncing_ball_own_sg_first_normal
+#undef sg_first_slip
+#define sg_first_slip bouncing_ball_own_sg_first_slip
 #undef sg_follow
 #define sg_follow bouncing_ball_own_sg_follow
 #undef sg_follow_central
 #define sg_follow_central bouncing_ball_own_sg_follow_central
+#undef sg_follow_parts
+#define sg_follow_parts bouncing_ball_own_sg_follow_parts
 #undef sg_forget
 #define sg_forget bouncing_ball_own_sg_forget
 #undef sg_forward_captured
@@ -378,8 +399,12 @@
 #define sg_friction_smooth bouncing_ball_own_sg_friction_smooth
 #undef sg_from_states
 #define sg_from_states bouncing_ball_own_sg_from_states
+#undef sg_gather
+#define sg_gather bouncing_ball_own_sg_gather
 #undef sg_give_back
 #define sg_give_back bouncing_ball_own_sg_give_back
+#undef sg_give_stages
+#define sg_give_stages bouncing_ball_own_sg_give_stages
 #undef sg_goes_round
 #define sg_goes_round bouncing_ball_own_sg_goes_round
 #undef sg_has_mobility
@@ -426,6 +451,8 @@
 #define sg_is_pressed bouncing_ball_own_sg_is_pressed
 #undef sg_is_searched
 #define sg_is_searched bouncing_ball_own_sg_is_searched
+#undef sg_is_spatial
+#define sg_is_spatial bouncing_ball_own_sg_is_spatial
 #undef sg_is_sticking
 #define sg_is_sticking bouncing_ball_own_sg_is_sticking
 #undef sg_is_tried
@@ -436,8 +463,18 @@
 #define sg_keep_nearest bouncing_ball_own_sg_keep_nearest
 #undef sg_keep_rows
 #define sg_keep_rows bouncing_ball_own_sg_keep_rows
+#undef sg_keep_stages
+#define sg_keep_stages bouncing_ball_own_sg_keep_stages
 #undef sg_keeps_pace
 #define sg_keeps_pace bouncing_ball_own_sg_keeps_pace
+#undef sg_kind
+#define sg_kind bouncing_ball_own_sg_kind
+#undef sg_kind_number
+#define sg_kind_number bouncing_ball_own_sg_kind_number
+#undef sg_kind_of
+#define sg_kind_of bouncing_ball_own_sg_kind_of
+#undef sg_kinds
+#define sg_kinds bouncing_ball_own_sg_kinds
 #undef sg_kinematic_residual
 #define sg_kinematic_residual bouncing_ball_own_sg_kinematic_residual
 #undef sg_land
@@ -470,8 +507,6 @@
 #define sg_lu_is_regular bouncing_ball_own_sg_lu_is_regular
 #undef sg_lu_solve
 #define sg_lu_solve bouncing_ball_own_sg_lu_solve
-#undef sg_mass
-#define sg_mass bouncing_ball_own_sg_mass
 #undef sg_masses
 #define sg_masses bouncing_ball_own_sg_masses
 #undef sg_max
@@ -482,6 +517,12 @@
 #define sg_may_step bouncing_ball_own_sg_may_step
 #undef sg_measure
 #define sg_measure bouncing_ball_own_sg_measure
+#undef sg_member
+#define sg_member bouncing_ball_own_sg_member
+#undef sg_members
+#define sg_members bouncing_ball_own_sg_members
+#undef sg_merge_events
+#define sg_merge_events bouncing_ball_own_sg_merge_events
 #undef sg_merit
 #define sg_merit bouncing_ball_own_sg_merit
 #undef sg_min
@@ -490,6 +531,22 @@
 #define sg_momentum_scales bouncing_ball_own_sg_momentum_scales
 #undef sg_move
 #define sg_move bouncing_ball_own_sg_move
+#undef sg_n_F
+#define sg_n_F bouncing_ball_own_sg_n_F
+#undef sg_n_N
+#define sg_n_N bouncing_ball_own_sg_n_N
+#undef sg_n_R
+#define sg_n_R bouncing_ball_own_sg_n_R
+#undef sg_n_bounds
+#define sg_n_bounds bouncing_ball_own_sg_n_bounds
+#undef sg_n_contacts
+#define sg_n_contacts bouncing_ball_own_sg_n_contacts
+#undef sg_n_g
+#define sg_n_g bouncing_ball_own_sg_n_g
+#undef sg_n_gamma
+#define sg_n_gamma bouncing_ball_own_sg_n_gamma
+#undef sg_n_q
+#define sg_n_q bouncing_ball_own_sg_n_q
 #undef sg_nearest_in_cones
 #define sg_nearest_in_cones bouncing_ball_own_sg_nearest_in_cones
 #undef sg_nearest_of_contact
@@ -508,10 +565,10 @@
 #define sg_note bouncing_ball_own_sg_note
 #undef sg_note_located
 #define sg_note_located bouncing_ball_own_sg_note_located
-#undef sg_one_way
-#define sg_one_way bouncing_ball_own_sg_one_way
 #undef sg_over_axis
 #define sg_over_axis bouncing_ball_own_sg_over_axis
+#undef sg_parts
+#define sg_parts bouncing_ball_own_sg_parts
 #undef sg_past
 #define sg_past bouncing_ball_own_sg_past
 #undef sg_path
@@ -558,8 +615,8 @@
 #define sg_pressing_share bouncing_ball_own_sg_pressing_share
 #undef sg_problem
 #define sg_problem bouncing_ball_own_sg_problem
-#undef sg_problems
-#define sg_problems bouncing_ball_own_sg_problems
+#undef sg_problem_at
+#define sg_problem_at bouncing_ball_own_sg_problem_at
 #undef sg_prox_ball
 #define sg_prox_ball bouncing_ball_own_sg_prox_ball
 #undef sg_prox_parameters
@@ -588,6 +645,10 @@
 #define sg_reset_guess bouncing_ball_own_sg_reset_guess
 #undef sg_reset_info
 #define sg_reset_info bouncing_ball_own_sg_reset_info
+#undef sg_reset_parts
+#define sg_reset_parts bouncing_ball_own_sg_reset_parts
+#undef sg_reset_report
+#define sg_reset_report bouncing_ball_own_sg_reset_report
 #undef sg_residual
 #define sg_residual bouncing_ball_own_sg_residual
 #undef sg_response
@@ -614,6 +675,10 @@
 #define sg_rows bouncing_ball_own_sg_rows
 #undef sg_rows_at
 #define sg_rows_at bouncing_ball_own_sg_rows_at
+#undef sg_rows_of
+#define sg_rows_of bouncing_ball_own_sg_rows_of
+#undef sg_rows_of_slot
+#define sg_rows_of_slot bouncing_ball_own_sg_rows_of_slot
 #undef sg_rubbing
 #define sg_rubbing bouncing_ball_own_sg_rubbing
 #undef sg_say_held
@@ -640,12 +705,12 @@
 #define sg_signorini_smooth bouncing_ball_own_sg_signorini_smooth
 #undef sg_slip
 #define sg_slip bouncing_ball_own_sg_slip
+#undef sg_slip_at
+#define sg_slip_at bouncing_ball_own_sg_slip_at
 #undef sg_slip_of
 #define sg_slip_of bouncing_ball_own_sg_slip_of
 #undef sg_slipping_row
 #define sg_slipping_row bouncing_ball_own_sg_slipping_row
-#undef sg_slips
-#define sg_slips bouncing_ball_own_sg_slips
 #undef sg_slope
 #define sg_slope bouncing_ball_own_sg_slope
 #undef sg_slot_rate
@@ -676,6 +741,10 @@
 #define sg_sparse_solve bouncing_ball_own_sg_sparse_solve
 #undef sg_states_of
 #define sg_states_of bouncing_ball_own_sg_states_of
+#undef sg_step_islands
+#define sg_step_islands bouncing_ball_own_sg_step_islands
+#undef sg_step_part
+#define sg_step_part bouncing_ball_own_sg_step_part
 #undef sg_table
 #define sg_table bouncing_ball_own_sg_table
 #undef sg_take_in
@@ -692,11 +761,11 @@
 #define sg_times_axis bouncing_ball_own_sg_times_axis
 #undef sg_try
 #define sg_try bouncing_ball_own_sg_try
+#undef sg_turns
+#define sg_turns bouncing_ball_own_sg_turns
 #undef sg_wanted
 #define sg_wanted bouncing_ball_own_sg_wanted
 #undef sg_warm_start
 #define sg_warm_start bouncing_ball_own_sg_warm_start
-#undef sg_yielding
-#define sg_yielding bouncing_ball_own_sg_yielding
 #undef sg_yields
 #define sg_yields bouncing_ball_own_sg_yields

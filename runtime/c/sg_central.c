@@ -14,17 +14,17 @@
 static int sg_central_scales(SG(work) * w, const sg_problem *pr, int turn) {
     real common = SG_C(0.0);
     int c, k, slot;
-    for (c = 0; c < SG_N_R; ++c) {
+    for (c = 0; c < sg_n_R(w); ++c) {
         common = sg_max(common, w->scales.percussion_scale[c] / sg_root_mass(w, c));
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (c = 0; c < SG_N_R; ++c) {
-            w->central.scale[slot * SG_N_R + c] = common * sg_root_mass(w, c);
+        for (c = 0; c < sg_n_R(w); ++c) {
+            w->central.scale[slot * sg_n_R(w) + c] = common * sg_root_mass(w, c);
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            if (sg_contacts[k].normal >= 0) {
-                w->central.wider[sg_normal_of(slot * SG_N_R, k)] =
-                    SG_WIDER * sg_irregular((slot * SG_N_CONTACTS + k + 1) * turn);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            if (sg_contact_at(w, k)->normal >= 0) {
+                w->central.wider[sg_normal_of(w, slot * sg_n_R(w), k)] =
+                    SG_WIDER * sg_irregular((slot * sg_n_contacts(w) + k + 1) * turn);
             }
         }
     }
@@ -42,8 +42,8 @@ static void sg_central_add(SG(work) * w, int n, int to, int from, real weight) {
 
 /* Rows of the friction of contact k in a slot with first row `base`. */
 static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int base, int k) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int f = sg_slip_of(base, k);
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int f = sg_slip_of(w, base, k);
     const real radius = sg_radius(w, base, k, R);
     sg_smoothed s;
     int d, j;
@@ -55,10 +55,10 @@ static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int 
             -radius * s.slip[d] / s.size * (s.soft / s.size) * (s.scale / s.size);
         for (j = contact->load; j < contact->load + contact->loads; ++j) {
             w->system.LU[row * n + base + j] +=
-                w->mu[k] * sg_load_share(base, k, j, R) * s.slip[d] / s.size;
+                w->mu[k] * sg_load_share(w, base, k, j, R) * s.slip[d] / s.size;
         }
         if (contact->pressing >= 0) {
-            w->system.LU[row * n + base + SG_NORMAL + contact->pressing] +=
+            w->system.LU[row * n + base + sg_first_normal(w) + contact->pressing] +=
                 sg_coefficient(w, base, k) * s.slip[d] / s.size;
         }
         for (j = 0; j < contact->components; ++j) {
@@ -72,16 +72,16 @@ static void sg_central_friction(SG(work) * w, int n, const real *R, real e, int 
 /* Smoothed rows at (R, e) in w->central.rows, their derivatives by e in w->central.rates, by R in
    w->system.LU. */
 static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *R, real e) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int slot, c, k;
     sg_copy(n, w->linear.y_0, w->central.y);
     sg_linear_rows(w, n, R, w->central.y);
     sg_fill(n * n, SG_C(0.0), w->system.LU);
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
-        for (c = base; c < base + SG_N_R; ++c) {
+        const int base = slot * sg_n_R(w);
+        for (c = base; c < base + sg_n_R(w); ++c) {
             w->central.rates[c] = SG_C(0.0);
-            if (c < base + SG_NORMAL && sg_takes_part(pr, slot, c - base)) {
+            if (c < base + sg_first_normal(w) && sg_takes_part(pr, slot, c - base)) {
                 w->central.rows[c] = w->scales.r_auto[c] * w->central.y[c];
                 sg_central_add(w, n, c, c, w->scales.r_auto[c]);
             } else {
@@ -89,10 +89,10 @@ static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *R, r
                 w->system.LU[c * n + c] = SG_C(1.0);
             }
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             const int joins = sg_joins(w, pr, k);
-            const int normal = sg_normal_of(base, k);
-            if (joins && sg_contacts[k].normal >= 0) {
+            const int normal = sg_normal_of(w, base, k);
+            if (joins && sg_contact_at(w, k)->normal >= 0) {
                 real share, rate;
                 w->central.rows[normal] -=
                     sg_signorini_smooth(w, normal, R[normal], e, &share, &rate);
@@ -110,7 +110,7 @@ static void sg_central_rows(SG(work) * w, const sg_problem *pr, const real *R, r
 /* Newton's direction at (R, e) in w->central.rows, and in w->central.rates how the path moves with
    the logarithm of e. Returns 0 if the Jacobian is singular or no directions are left. */
 static int sg_central_directions(SG(work) * w, const sg_problem *pr, const real *R, real e) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int c;
     if (w->central.directions == 0) {
         return 0;
@@ -153,13 +153,13 @@ static real sg_central_unit(const SG(work) * w, int n, const real *R) {
 
 /* Where the path begins, in w->central.R. */
 static int sg_central_begin(SG(work) * w, const sg_problem *pr, real e) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int round, c, k, slot;
     sg_fill(n, SG_C(0.0), w->central.R);
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const int normal = sg_normal_of(slot * SG_N_R, k);
-            if (sg_joins(w, pr, k) && sg_contacts[k].normal >= 0) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const int normal = sg_normal_of(w, slot * sg_n_R(w), k);
+            if (sg_joins(w, pr, k) && sg_contact_at(w, k)->normal >= 0) {
                 w->central.R[normal] = e / w->central.wider[normal] * w->central.scale[normal];
             }
         }
@@ -184,7 +184,7 @@ static int sg_central_begin(SG(work) * w, const sg_problem *pr, real e) {
 /* Back to the path from the point in w->central.next, *e, at a right angle to the tangent. Returns
    the number of corrections, 0 if it is not found. */
 static int sg_central_correct(SG(work) * w, const sg_problem *pr, real unit, real along, real *e) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int round, c;
     for (round = 1; round <= SG_CENTRAL_CORRECT; ++round) {
         real turn, size, near;
@@ -219,15 +219,15 @@ static int sg_central_correct(SG(work) * w, const sg_problem *pr, real unit, rea
 static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
     int slot, c, d, k;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
+        const int base = slot * sg_n_R(w);
         sg_bilateral_kinds(w, pr, slot);
-        for (c = base; c < base + SG_NORMAL; ++c) {
+        for (c = base; c < base + sg_first_normal(w); ++c) {
             w->central.R[c] = w->rows.kind[c] == SG_ROW_FREE ? w->central.R[c] : SG_C(0.0);
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int normal = sg_normal_of(base, k);
-            const int f = sg_slip_of(base, k);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
+            const int normal = sg_normal_of(w, base, k);
+            const int f = sg_slip_of(w, base, k);
             real slip[SG_N_SLIP];
             int closed = sg_joins(w, pr, k);
             real size = SG_C(0.0);
@@ -262,7 +262,7 @@ static int sg_central_arrive(SG(work) * w, const sg_problem *pr, real e) {
    Returns 0 if it never does. */
 static int sg_central_stride(SG(work) * w, const sg_problem *pr, real unit, real along,
                              real *stride, real *e) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int rounds = 0;
     real next = *e;
     int c;
@@ -292,13 +292,13 @@ static int sg_central_stride(SG(work) * w, const sg_problem *pr, real unit, real
 /* Follow the central path; on success the unknowns are those of the linearised problem. */
 static int sg_central(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                       int turn) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n = pr->n_slots * sg_n_R(w);
     real e = SG_CENTRAL_START;
     real stride = SG_C(0.5);
     real along = SG_C(-1.0); /* rate of the logarithm of e */
     real end = SG_CENTRAL_END;
-    w->central.directions = SG_DIRECTIONS;
+    w->central.directions = sg_kind_of(w)->directions;
     if (!sg_linearise(w, par, opt, problem) || !sg_central_scales(w, pr, turn) ||
         !sg_central_begin(w, pr, e)) {
         return 0;

@@ -8,18 +8,18 @@
 
 /* Keep what the model says at the unknowns of one problem. */
 static void sg_keep_rows(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     sg_copy(pr->n_x, w->r, &w->found.r[pr->x]);
-    sg_copy(pr->n_slots * SG_N_R, w->y, &w->found.y[pr->R]);
-    sg_copy(pr->n_slots * SG_N_BOUNDS, w->radius,
-            &w->found.radius[pr->R / SG_ROWS_OF_SLOT * SG_N_BOUNDS]);
+    sg_copy(pr->n_slots * sg_n_R(w), w->y, &w->found.y[pr->R]);
+    sg_copy(pr->n_slots * sg_n_bounds(w), w->radius,
+            &w->found.radius[pr->R / sg_rows_of_slot(w) * sg_n_bounds(w)]);
 }
 
 /* Rows of the momenta of one problem. */
 static int sg_check_momenta(const SG(work) * w, const sg_problem *pr, const sg_limit *limit) {
     int i, j;
-    for (i = pr->x; i < pr->x + pr->n_x; i += SG_N_Q) {
-        for (j = 0; j < SG_N_Q; ++j) {
+    for (i = pr->x; i < pr->x + pr->n_x; i += sg_n_q(w)) {
+        for (j = 0; j < sg_n_q(w); ++j) {
             if (!sg_small(w->found.r[i + j], w->scales.momentum_scale[j], SG_C(0.0), limit)) {
                 return 0;
             }
@@ -32,8 +32,8 @@ static int sg_check_momenta(const SG(work) * w, const sg_problem *pr, const sg_l
 static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg_solved *at,
                               const sg_limit *limit) {
     int c;
-    for (c = 0; c < SG_NORMAL; ++c) {
-        const int gap = sg_is_gap(pr, at->slot, c);
+    for (c = 0; c < sg_first_normal(w); ++c) {
+        const int gap = sg_is_gap(w, pr, at->slot, c);
         const real speed = w->scales.speed[c];
         const real floor = w->scales.gap_floor[c];
         if (!sg_takes_part(pr, at->slot, c)) {
@@ -51,21 +51,21 @@ static int sg_check_bilateral(const SG(work) * w, const sg_problem *pr, const sg
 /* 1 if the unknowns of one problem are numbers and its momenta balance. */
 static int sg_check_smooth(const SG(work) * w, const sg_problem *pr, const sg_limit *limit) {
     return sg_all_finite(pr->n_x, &w->x[pr->x]) &&
-           sg_all_finite(pr->n_slots * SG_N_R, &w->R[pr->R]) && sg_check_momenta(w, pr, limit);
+           sg_all_finite(pr->n_slots * sg_n_R(w), &w->R[pr->R]) && sg_check_momenta(w, pr, limit);
 }
 
 /* Unknowns and rows of one slot at the solution. */
 static sg_solved sg_solved_slot(const SG(work) * w, const sg_problem *pr, int slot) {
     sg_solved at;
     at.slot = slot;
-    at.R = &w->R[pr->R + slot * SG_N_R];
-    at.y = &w->found.y[pr->R + slot * SG_N_R];
+    at.R = &w->R[pr->R + slot * sg_n_R(w)];
+    at.y = &w->found.y[pr->R + slot * sg_n_R(w)];
     return at;
 }
 
 /* Rows of one problem at the solution. */
 static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const sg_limit limit = sg_limits(opt);
     int slot, k;
     if (!sg_check_smooth(w, pr, &limit)) {
@@ -76,13 +76,14 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
         if (!sg_check_bilateral(w, pr, &at, &limit)) {
             return 0;
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
             const int joins =
                 w->found.exists[k] && (contact->presser < 0 || !pr->follows || w->found.active[k]);
-            const real floor = contact->pressing < 0
-                                   ? SG_C(0.0)
-                                   : sg_normal_floor(w, pr, slot, SG_NORMAL + contact->pressing);
+            const real floor =
+                contact->pressing < 0
+                    ? SG_C(0.0)
+                    : sg_normal_floor(w, pr, slot, sg_first_normal(w) + contact->pressing);
             if (contact->normal >= 0 && !sg_check_normal_row(w, pr, &at, k, joins, &limit)) {
                 return 0;
             }
@@ -98,19 +99,19 @@ static int sg_check_problem(const SG(work) * w, const SG(options) * opt, int pro
 /* Contacts that must, or must not, take part in the impact equations (67), judged from gaps and
    percussions of the position problem with the checker's tolerance. */
 static int sg_check_active(const SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const sg_limit limit = sg_limits(opt);
     int k, slot;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         int must = 0;
         int may = 0;
-        const int n = SG_NORMAL + sg_contacts[k].normal;
-        if (sg_contacts[k].normal < 0 || !w->found.exists[k] ||
-            !sg_is_place(sg_contacts[k].normal)) {
+        const int n = sg_first_normal(w) + sg_contact_at(w, k)->normal;
+        if (sg_contact_at(w, k)->normal < 0 || !w->found.exists[k] ||
+            !sg_is_place(w, sg_contact_at(w, k)->normal)) {
             continue;
         }
         for (slot = 0; slot < pr->n_slots; ++slot) {
-            const int row = slot * SG_N_R + n;
+            const int row = slot * sg_n_R(w) + n;
             if (opt->active_set == SG_K(ACTIVE_END) && slot + 1 < pr->n_slots) {
                 continue;
             }

@@ -2,9 +2,9 @@
 #include "sg_sparse.c"
 
 /* What the generated part tells the runtime: contacts, nonlinear problems, model evaluations. Sizes
-   carry the names that they have in Python: SG_N_Q coordinates, SG_N_R percussion rows of a slot
-   (g, gamma, N, F in turn), SG_N_CONTACTS contacts and friction elements, SG_N_BOUNDS given bounds.
- */
+   carry the names that they have in Python: n_q coordinates, n_R percussion rows of a slot (g,
+   gamma, N, F in turn), n_contacts contacts and friction elements, n_bounds given bounds; SG_N_Q
+   and so on are those of the whole model. */
 
 /* One contact or friction element: row of its normal law (-1: none, an element), first slip row,
    number of slip components, index of a given bound of its friction (-1: none), whether it has a
@@ -23,7 +23,7 @@ typedef struct {
 } sg_slip;
 
 /* One nonlinear problem of the scheme: n_x smooth unknowns (blocks of velocities), n_slots groups
-   of SG_N_R percussions, first unknown and first percussion of the problem in work.x and work.R,
+   of n_R percussions, first unknown and first percussion of the problem in work.x and work.R,
    first row of the response table; gap_slots: in how many slots, from the first, the rows of g and
    g_N are gaps, in the rest they are velocities; last_rows: how many bilateral rows the last slot
    has; follows: 1 if only contacts that the
@@ -36,6 +36,27 @@ typedef struct {
     sg_factors K;
     sg_rows B, C, C_radius;
 } sg_problem;
+
+/* What parts of one kind have in common; most models are a single part. Sizes carry the names that
+   they have in Python. spatial: whether friction has several components; mobility: whether the
+   generated code finds the mobilities of all directions; directions: how many central paths may
+   turn back. Of its rows: which normal rows are velocities, which rows yield; of its contacts:
+   which restitution is Poisson's. NULL where the model has none of these. */
+typedef struct {
+    int n_q, n_g, n_gamma, n_N, n_F, n_R, n_contacts, n_bounds, n_compliance, n_key, n_terms;
+    int spatial, mobility, directions;
+    sg_factors mass;
+    sg_rows direction;
+    const sg_contact *contacts;
+    const sg_slip *slips;
+    const sg_problem *problems;
+    const int *one_way, *yielding, *poisson;
+} sg_kind;
+
+/* A part of the model: its kind, and where its places begin in sg_members. */
+typedef struct {
+    int kind, first;
+} sg_member;
 
 enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };         /* kind of a percussion row */
 enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };         /* info.percussions */
@@ -54,13 +75,6 @@ static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
 static int SG(eliminate)(SG(work) * w, int problem, int border);
 static void SG(substitute)(const SG(work) * w, int problem, int first, real b[]);
 static void SG(finish)(SG(work) * w);
-static void SG(stages)(const SG(work) * w, real stage_t[], real stage_q[], real stage_v[],
-                       real stage_R[]);
-static void SG(evaluate_places)(real t, const real q[], const SG(params) * par,
-                                SG(consistency) * out);
-static void SG(evaluate_rates)(real t, const real q[], const real v[], const SG(params) * par,
-                               SG(consistency) * out);
-static real SG(energy_at)(real t, const real q[], const real v[], const SG(params) * par);
 
 #if SG_LOCATED
 static void SG(watch)(SG(work) * w, const SG(params) * par);
@@ -78,60 +92,19 @@ static void SG(finish_segment_forward)(SG(work) * w);
 #endif
 #endif
 
+/* The same of a part of one kind. */
+static void SG(part_energy)(int kind, real t, const real q[], const real v[],
+                            const SG(params) * par, real out[]);
+static void SG(part_places)(int kind, real t, const real q[], const SG(params) * par,
+                            SG(consistency) * out);
+static void SG(part_rates)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+                           SG(consistency) * out);
+static void SG(part_stages)(int kind, const SG(work) * w, real stage_t[], real stage_q[],
+                            real stage_v[], real stage_R[]);
 #if SG_N_KEY > 0
-static void SG(evaluate_terms)(real t, const real q[], const SG(params) * par, real out[]);
-static void SG(key)(real t, const real q[], const SG(params) * par, real out[]);
+static void SG(part_terms)(int kind, real t, const real q[], const SG(params) * par, real out[]);
+static void SG(part_key)(int kind, real t, const real q[], const SG(params) * par, real out[]);
 #endif
 
-/* 1 if normal row n of the model is a gap, 0 if it is a velocity that goes one way. */
-static inline int sg_is_place(int n) {
-#if SG_N_ONE_WAY > 0
-    return !sg_one_way[n];
-#else
-    (void)n;
-    return 1;
-#endif
-}
-
-/* 1 if percussion row c of a slot stands for a gap (g, g_N), 0 for a velocity. */
-static inline int sg_is_gap(const sg_problem *pr, int slot, int c) {
-    return slot < pr->gap_slots &&
-           (c < SG_N_G || (c >= SG_N_G + SG_N_GAMMA && c < SG_N_G + SG_N_GAMMA + SG_N_N &&
-                           sg_is_place(c - SG_N_G - SG_N_GAMMA)));
-}
-
-/* 1 if bilateral row c of a slot takes part. */
-static inline int sg_takes_part(const sg_problem *pr, int slot, int c) {
-    return slot + 1 < pr->n_slots || c < pr->last_rows;
-}
-
-/* 1 if percussion row c of a slot yields to its percussion. */
-static inline int sg_yields(int c) {
-#if SG_N_COMPLIANCE > 0
-    return sg_yielding[c];
-#else
-    (void)c;
-    return 0;
-#endif
-}
-
-/* How row k of the rows of all problems yields to its own percussion, besides the bodies. */
-static inline real sg_compliance(const SG(work) * w, int k) {
-#if SG_N_COMPLIANCE > 0
-    return w->compliance[k];
-#else
-    (void)w;
-    (void)k;
-    return SG_C(0.0);
-#endif
-}
-
-/* Percussion rows of a slot, at least one, for divisions. */
-#if SG_N_R > 0
-#define SG_ROWS_OF_SLOT SG_N_R
-#else
-#define SG_ROWS_OF_SLOT 1
-#endif
-
-/* First of the slip rows in a slot. */
+/* First of the normal rows and of the slip rows in a slot of the whole model. */
 enum { SG_NORMAL = SG_N_G + SG_N_GAMMA, SG_SLIP = SG_N_G + SG_N_GAMMA + SG_N_N };

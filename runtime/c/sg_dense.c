@@ -7,17 +7,17 @@
 
 /* Keep what the output needs of the segment just solved. */
 static void sg_keep_dense(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int i;
-    sg_copy(SG_N_Q, w->trial.q, w->segment.q);
-    sg_copy(SG_N_Q, w->trial.v, w->segment.v);
-    sg_copy(SG_N_Q, w->v_end, w->segment.v_end);
-    sg_copy(SG_N_DENSE * SG_N_Q, w->Q, w->segment.Q);
+    sg_copy(sg_n_q(w), w->trial.q, w->segment.q);
+    sg_copy(sg_n_q(w), w->trial.v, w->segment.v);
+    sg_copy(sg_n_q(w), w->v_end, w->segment.v_end);
+    sg_copy(SG_N_DENSE * sg_n_q(w), w->Q, w->segment.Q);
     if (problem == SG_SEGMENT) {
-        sg_copy(SG_N_Q, w->trial.v, w->segment.U);
+        sg_copy(sg_n_q(w), w->trial.v, w->segment.U);
         for (i = 1; i < SG_N_DENSE; ++i) {
-            sg_copy(SG_N_Q, &w->x[pr->x + (SG_N_DENSE - 1 + i) * SG_N_Q],
-                    &w->segment.U[i * SG_N_Q]);
+            sg_copy(sg_n_q(w), &w->x[pr->x + (SG_N_DENSE - 1 + i) * sg_n_q(w)],
+                    &w->segment.U[i * sg_n_q(w)]);
         }
     }
 }
@@ -39,13 +39,13 @@ static void sg_dense(const SG(work) * w, real x, real q[], real v[]) {
     const real span = w->segment.span;
     const int order = SG_N_DENSE + 2;
     int i, j;
-    sg_copy(SG_N_Q, w->segment.q, q);
-    sg_fill(SG_N_Q, SG_C(0.0), v);
+    sg_copy(sg_n_q(w), w->segment.q, q);
+    sg_fill(sg_n_q(w), SG_C(0.0), v);
     for (i = 1; i < SG_N_DENSE; ++i) {
         real slope;
         const real value = sg_polynomial(order, sg_dense_q[i], x, &slope);
-        for (j = 0; j < SG_N_Q; ++j) {
-            const real way = w->segment.Q[i * SG_N_Q + j] - w->segment.q[j];
+        for (j = 0; j < sg_n_q(w); ++j) {
+            const real way = w->segment.Q[i * sg_n_q(w) + j] - w->segment.q[j];
             q[j] += value * way;
             v[j] += slope * way / span;
         }
@@ -54,18 +54,18 @@ static void sg_dense(const SG(work) * w, real x, real q[], real v[]) {
         const real *rate = i == 0 ? w->segment.v : w->segment.v_end;
         real slope;
         const real value = sg_polynomial(order, sg_dense_q[SG_N_DENSE + i], x, &slope);
-        for (j = 0; j < SG_N_Q; ++j) {
+        for (j = 0; j < sg_n_q(w); ++j) {
             q[j] += span * value * rate[j];
             v[j] += slope * rate[j];
         }
     }
     if (w->segment.rubs) {
-        sg_fill(SG_N_Q, SG_C(0.0), v);
+        sg_fill(sg_n_q(w), SG_C(0.0), v);
         for (i = 0; i < SG_N_DENSE; ++i) {
             real slope;
             const real value = sg_polynomial(SG_N_DENSE, sg_dense_v[i], x, &slope);
-            for (j = 0; j < SG_N_Q; ++j) {
-                v[j] += value * w->segment.U[i * SG_N_Q + j];
+            for (j = 0; j < sg_n_q(w); ++j) {
+                v[j] += value * w->segment.U[i * sg_n_q(w) + j];
             }
         }
     }

@@ -28,17 +28,17 @@ static void sg_lose(SG(work) * w, int why, int k) {
 /* 1 if a small change of the data leaves every row of contact k in a slot of a solved problem in
    its kind. */
 static int sg_is_sharp(const SG(work) * w, const sg_problem *pr, int slot, int k) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int base = slot * SG_N_R;
-    const int n = SG_NORMAL + contact->pressing;
-    const int f = SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int base = slot * sg_n_R(w);
+    const int n = sg_first_normal(w) + contact->pressing;
+    const int f = sg_first_slip(w) + contact->friction;
     const real *R = &w->R[pr->R + base];
     const int takes_part = pr->follows ? w->found.active[k] : w->found.exists[k];
     if (contact->pressing < 0 || !takes_part) {
         return 1;
     }
     if (w->rows.kind[base + n] == SG_ROW_ZERO) {
-        const real time = sg_is_gap(pr, slot, n) ? w->h : SG_C(1.0);
+        const real time = sg_is_gap(w, pr, slot, n) ? w->h : SG_C(1.0);
         return SG_FABS(w->y[base + n]) > SG_TOUCH * time * w->scales.speed[n];
     }
     if (!(R[n] > SG_TOUCH * w->scales.percussion_scale[n])) {
@@ -55,8 +55,8 @@ static void sg_turn_to(SG(work) * w, const SG(params) * par, int j, real h) {
     const SG(directions) *d = &w->directions;
     w->forward.t = d->t[j];
     w->forward.h = h;
-    sg_copy(SG_N_Q, &d->q[j * SG_N_Q], w->forward.q);
-    sg_copy(SG_N_Q, &d->v[j * SG_N_Q], w->forward.v);
+    sg_copy(sg_n_q(w), &d->q[j * sg_n_q(w)], w->forward.q);
+    sg_copy(sg_n_q(w), &d->v[j * sg_n_q(w)], w->forward.v);
     sg_copy(SG_N_U, &d->u[j * SG_N_U], w->forward.u);
     SG(change_parameters)(w, &d->par[j * SG_N_PAR]);
     SG(start_forward)(w, par);
@@ -65,7 +65,7 @@ static void sg_turn_to(SG(work) * w, const SG(params) * par, int j, real h) {
 /* Change of the residual of percussion row i where unknowns stay. */
 static real sg_row_forward(const SG(work) * w, const sg_problem *pr, int i) {
     const SG(forward) *f = &w->forward;
-    const int c = i % SG_ROWS_OF_SLOT - SG_SLIP;
+    const int c = i % sg_rows_of_slot(w) - sg_first_slip(w);
     real radius = SG_C(0.0);
     if (w->rows.kind[i] == SG_ROW_ZERO) {
         return SG_C(0.0);
@@ -73,24 +73,24 @@ static real sg_row_forward(const SG(work) * w, const sg_problem *pr, int i) {
     if (c < 0 || w->rows.kind[i] == SG_ROW_FREE) {
         return w->scales.prox_r[i] * f->y[i];
     }
-    if (sg_contacts[sg_slips[c].contact].pressing >= 0) {
-        const int slot = i / SG_ROWS_OF_SLOT;
-        const int n = SG_NORMAL + sg_contacts[sg_slips[c].contact].pressing;
-        radius = f->mu[sg_slips[c].contact] * w->R[pr->R + slot * SG_N_R + n];
+    if (sg_contact_at(w, sg_slip_at(w, c)->contact)->pressing >= 0) {
+        const int slot = i / sg_rows_of_slot(w);
+        const int n = sg_first_normal(w) + sg_contact_at(w, sg_slip_at(w, c)->contact)->pressing;
+        radius = f->mu[sg_slip_at(w, c)->contact] * w->R[pr->R + slot * sg_n_R(w) + n];
     } else {
-        radius =
-            f->radius[i / SG_ROWS_OF_SLOT * SG_N_BOUNDS + sg_contacts[sg_slips[c].contact].bound];
+        radius = f->radius[i / sg_rows_of_slot(w) * sg_n_bounds(w) +
+                           sg_contact_at(w, sg_slip_at(w, c)->contact)->bound];
     }
     return w->rows.slip[i] * radius + sg_phi_change(w, pr, i, f->y, SG_C(0.0), -1);
 }
 
 /* The direction for other residuals of the problem whose system was solved last. */
 static void sg_solve_again(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const int n = w->system.left;
     int a;
     sg_smooth_rows(w, pr);
-    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), w->newton.dR);
+    sg_fill(pr->n_slots * sg_n_R(w), SG_C(0.0), w->newton.dR);
     for (a = 0; a < n; ++a) {
         const int follower = w->system.follower[w->system.reduced[a]];
         if (follower >= 0) {
@@ -115,18 +115,18 @@ static void sg_solve_again(SG(work) * w, int problem) {
 
 /* Changes of the rows of a problem along the direction at hand where its unknowns stay. */
 static void sg_ask_forward(SG(work) * w, const SG(params) * par, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     sg_fill(pr->n_x, SG_C(0.0), &w->forward.x[pr->x]);
-    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), &w->forward.R[pr->R]);
+    sg_fill(pr->n_slots * sg_n_R(w), SG_C(0.0), &w->forward.R[pr->R]);
     SG(values_forward)(w, par, problem);
 }
 
 /* Changes of the unknowns that make up for them, for direction j; the solution stands in the work
    struct with its derivatives. For the first direction the system is factorised. */
 static void sg_answer_forward(SG(work) * w, const SG(options) * opt, int problem, int j) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     SG(forward) *f = &w->forward;
-    const int n_rows = pr->n_slots * SG_N_R;
+    const int n_rows = pr->n_slots * sg_n_R(w);
     int i;
     sg_copy(pr->n_x, f->r, w->r);
     sg_copy(n_rows, f->y, w->y);

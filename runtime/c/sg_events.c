@@ -31,8 +31,8 @@ enum { SG_TURNED_ON = 1, SG_TURNED_OFF = 2 };
 static real sg_event_value(const SG(work) * w, int what, int k, real *rate) {
     *rate = SG_C(0.0);
     if (what == SG_GAP_CLOSES) {
-        *rate = w->gap_rate[sg_contacts[k].normal];
-        return w->gap[sg_contacts[k].normal];
+        *rate = w->gap_rate[sg_contact_at(w, k)->normal];
+        return w->gap[sg_contact_at(w, k)->normal];
     }
     if (what == SG_SLIP_ENDS) {
         return sg_slip_along(w, k);
@@ -43,19 +43,19 @@ static real sg_event_value(const SG(work) * w, int what, int k, real *rate) {
 /* The same of forces that were found there: the normal percussion, or what is left of the radius.
  */
 static real sg_force_value(const SG(work) * w, int what, int k) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->pressing;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int n = sg_first_normal(w) + contact->pressing;
     const real radius = contact->pressing >= 0 ? w->segment.mu[k] * w->segment.force[n]
                                                : w->segment.bound[contact->bound];
     if (what == SG_FORCE_ENDS) {
         return w->segment.force[n];
     }
-    return radius - sg_friction_size(w, k, &w->segment.force[SG_SLIP + contact->friction]);
+    return radius - sg_friction_size(w, k, &w->segment.force[sg_first_slip(w) + contact->friction]);
 }
 
 /* Whether contact k can have an event of a kind in the present segment. */
 static int sg_may_happen(const SG(work) * w, int what, int k) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     const int slips = sg_slips_in(w->segment.mode[k]);
     if (w->segment.absent[k] == what) {
         return 0;
@@ -78,9 +78,9 @@ static int sg_may_happen(const SG(work) * w, int what, int k) {
 
 /* Round-off of an event function. */
 static real sg_event_floor(const SG(work) * w, int what, int k) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->pressing;
-    const int f = SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int n = sg_first_normal(w) + contact->pressing;
+    const int f = sg_first_slip(w) + contact->friction;
     switch (what) {
         case SG_GAP_CLOSES:
             return w->scales.gap_floor[n];
@@ -100,12 +100,12 @@ static real sg_event_floor(const SG(work) * w, int what, int k) {
 
 /* Size of an event function in the segment: a way, a velocity. */
 static real sg_event_scale(const SG(work) * w, int what, int k) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     switch (what) {
         case SG_GAP_CLOSES:
-            return w->segment.span * w->scales.speed[SG_NORMAL + contact->normal];
+            return w->segment.span * w->scales.speed[sg_first_normal(w) + contact->normal];
         case SG_SLIP_ENDS:
-            return contact->components > 0 ? w->scales.speed[SG_SLIP + contact->friction]
+            return contact->components > 0 ? w->scales.speed[sg_first_slip(w) + contact->friction]
                                            : SG_C(0.0);
         default:
             return SG_C(0.0);
@@ -115,35 +115,36 @@ static real sg_event_scale(const SG(work) * w, int what, int k) {
 /* What a solved segment leaves of an event function that is zero: its round-off, and the tolerance
    of the iteration. */
 static real sg_event_noise(const SG(work) * w, const SG(options) * opt, int what, int k) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     const real tol = SG_BAND * sg_max(opt->tol, SG_FLOOR);
     const real floor = SG_BAND * sg_event_floor(w, what, k);
     if (what == SG_GAP_CLOSES) {
-        return floor + tol * w->segment.span * w->scales.speed[SG_NORMAL + contact->normal];
+        return floor +
+               tol * w->segment.span * w->scales.speed[sg_first_normal(w) + contact->normal];
     }
     return what == SG_GUARD_TURNS ? floor : floor * (tol / SG_FLOOR);
 }
 
 /* Keep what was seen where the step looked last. */
 static void sg_keep_sight(SG(work) * w) {
-    sg_copy(SG_N_N, w->gap, w->segment.gap);
-    sg_copy(SG_N_N, w->gap_rate, w->segment.gap_rate);
-    sg_copy(SG_N_F, w->slip_rate, w->segment.slip_rate);
-    sg_copy(SG_N_CONTACTS, w->guard_there, w->segment.guard);
+    sg_copy(sg_n_N(w), w->gap, w->segment.gap);
+    sg_copy(sg_n_N(w), w->gap_rate, w->segment.gap_rate);
+    sg_copy(sg_n_F(w), w->slip_rate, w->segment.slip_rate);
+    sg_copy(sg_n_contacts(w), w->guard_there, w->segment.guard);
 }
 
 /* Value of an event function where the step looked before. */
 static real sg_value_before(const SG(work) * w, int what, int k, real *rate) {
     *rate = SG_C(0.0);
     if (what == SG_GAP_CLOSES) {
-        *rate = w->segment.gap_rate[sg_contacts[k].normal];
-        return w->segment.gap[sg_contacts[k].normal];
+        *rate = w->segment.gap_rate[sg_contact_at(w, k)->normal];
+        return w->segment.gap[sg_contact_at(w, k)->normal];
     }
     if (what == SG_SLIP_ENDS) {
-        const int f = sg_contacts[k].friction;
+        const int f = sg_contact_at(w, k)->friction;
         real along = SG_C(0.0);
         int d;
-        for (d = 0; d < sg_contacts[k].components; ++d) {
+        for (d = 0; d < sg_contact_at(w, k)->components; ++d) {
             along += w->segment.slip_rate[f + d] * w->segment.direction[f + d];
         }
         return along;
@@ -194,7 +195,7 @@ static void sg_find_root(SG(work) * w, const SG(params) * par, sg_happening *eve
    there. */
 static real sg_smallest_between(SG(work) * w, const SG(params) * par, int k, real from, real to,
                                 real *value) {
-    const int n = sg_contacts[k].normal;
+    const int n = sg_contact_at(w, k)->normal;
     real a = from;
     real b = to;
     real x = from;
@@ -252,8 +253,8 @@ static int sg_between(SG(work) * w, const SG(params) * par, const SG(options) * 
     if (!w->segment.seen[k] && f_a > floor) {
         w->segment.seen[k] = 1;
     }
-    if (what == SG_GAP_CLOSES && sg_contacts[k].guarded && !(f_a > SG_C(0.0) && f_b > SG_C(0.0)) &&
-        w->guard_there[k] < SG_C(0.0)) {
+    if (what == SG_GAP_CLOSES && sg_contact_at(w, k)->guarded &&
+        !(f_a > SG_C(0.0) && f_b > SG_C(0.0)) && w->guard_there[k] < SG_C(0.0)) {
         return 1; /* it does not exist there */
     }
     if (f_b < -floor && !w->segment.seen[k]) {
@@ -320,7 +321,7 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
     w->directions.near = 0;
 #endif
     sg_look_along(w, par, SG_C(1.0));
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.seen[k] = 0;
         for (i = 0; i < 3; ++i) {
             near = near || w->segment.absent[k] != SG_NOTHING ||
@@ -331,7 +332,7 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
         const int last = j - 1;
         const real a = (real)last / (real)SG_SAMPLES;
         const real b = (real)j / (real)SG_SAMPLES;
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             for (i = 0; i < 3; ++i) {
                 sg_happening event = sg_no_event();
                 event.what = kinds[i];
@@ -350,9 +351,10 @@ static int sg_detect_motion(SG(work) * w, const SG(params) * par, const SG(optio
         }
         sg_look_along(w, par, b);
         sg_keep_sight(w);
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             if (w->segment.absent[k] == SG_GAP_CLOSES &&
-                w->gap[sg_contacts[k].normal] < -SG_DIP * sg_event_scale(w, SG_GAP_CLOSES, k)) {
+                w->gap[sg_contact_at(w, k)->normal] <
+                    -SG_DIP * sg_event_scale(w, SG_GAP_CLOSES, k)) {
                 return 0; /* solved anew it stays open, but here it penetrates: too large a step */
             }
         }

@@ -5,30 +5,30 @@
 
 /* What is known at the segment's start, kept while forces are found elsewhere. */
 static void sg_keep_start(SG(work) * w) {
-    sg_copy(SG_N_Q, w->segment.acceleration, w->segment.start_acceleration);
-    sg_copy(SG_N_R, w->segment.force, w->segment.start_force);
-    sg_copy(SG_N_BOUNDS, w->segment.bound, w->segment.start_bound);
-    sg_copy(SG_N_F, w->segment.direction, w->segment.start_direction);
+    sg_copy(sg_n_q(w), w->segment.acceleration, w->segment.start_acceleration);
+    sg_copy(sg_n_R(w), w->segment.force, w->segment.start_force);
+    sg_copy(sg_n_bounds(w), w->segment.bound, w->segment.start_bound);
+    sg_copy(sg_n_F(w), w->segment.direction, w->segment.start_direction);
 }
 
 /* Forces in the present modes. Where rows depend on each other those of least norm may pull or
    leave their sets although others do not: then the contact problem is asked, and counts if it says
    that all stay in their modes. */
 static int sg_find_any_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                              SG(info) * info) {
-    int mode[SG_N_CONTACTS];
+                              SG(report) * info) {
+    int mode[sg_n_contacts(w)];
     int status = sg_find_forces(w, par, opt, info);
     int same = 1;
     int k;
     if (status != SG_K(OK) || w->system.deficiency <= 0 || sg_forces_fit(w, -1)) {
         return status;
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         mode[k] = w->segment.mode[k];
     }
     sg_measure_motion(w, w->segment.h);
     status = sg_seek_modes(w, par, opt, info);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         same = same && mode[k] == w->segment.mode[k];
         w->segment.mode[k] = mode[k];
     }
@@ -40,21 +40,21 @@ static int sg_find_any_forces(SG(work) * w, const SG(params) * par, const SG(opt
 }
 
 /* Prepare the step at a place other than the segment's start, with the slips that are there. */
-static int sg_visit(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                    real t, const real q[], const real v[]) {
+static int sg_visit(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                    SG(report) * info, real t, const real q[], const real v[]) {
     int status, k;
     w->segment.prepared = 0;
     w->segment.known = 0;
-    sg_copy(SG_N_Q, q, w->trial.q);
-    sg_copy(SG_N_Q, v, w->trial.v);
+    sg_copy(sg_n_q(w), q, w->trial.q);
+    sg_copy(sg_n_q(w), v, w->trial.v);
     status = sg_prepare(w, par, t, w->segment.h);
     sg_look(w, par, t, w->trial.q, w->trial.v);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->found.exists[k] = w->segment.exists[k];
         w->segment.mu[k] = w->mu[k];
-        if (sg_contacts[k].components > 1 && sg_rubs(w, k) && sg_slips_in(w->segment.mode[k]) &&
-            sg_slip_size(w, k) > SG_C(1.0)) {
-            const int f = sg_contacts[k].friction;
+        if (sg_contact_at(w, k)->components > 1 && sg_rubs(w, k) &&
+            sg_slips_in(w->segment.mode[k]) && sg_slip_size(w, k) > SG_C(1.0)) {
+            const int f = sg_contact_at(w, k)->friction;
             (void)sg_friction_slip(w, k, &w->slip_rate[f], &w->segment.direction[f]);
         }
     }
@@ -66,18 +66,18 @@ static int sg_return(SG(work) * w, const SG(params) * par) {
     int status = SG_K(OK);
     if (!w->segment.prepared) {
         int k;
-        sg_copy(SG_N_Q, w->segment.q, w->trial.q);
-        sg_copy(SG_N_Q, w->segment.v, w->trial.v);
+        sg_copy(sg_n_q(w), w->segment.q, w->trial.q);
+        sg_copy(sg_n_q(w), w->segment.v, w->trial.v);
         status = sg_prepare(w, par, w->segment.t, w->segment.h);
         sg_look(w, par, w->segment.t, w->trial.q, w->trial.v);
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             w->found.exists[k] = w->segment.exists[k];
             w->segment.mu[k] = w->mu[k];
         }
-        sg_copy(SG_N_Q, w->segment.start_acceleration, w->segment.acceleration);
-        sg_copy(SG_N_R, w->segment.start_force, w->segment.force);
-        sg_copy(SG_N_BOUNDS, w->segment.start_bound, w->segment.bound);
-        sg_copy(SG_N_F, w->segment.start_direction, w->segment.direction);
+        sg_copy(sg_n_q(w), w->segment.start_acceleration, w->segment.acceleration);
+        sg_copy(sg_n_R(w), w->segment.start_force, w->segment.force);
+        sg_copy(sg_n_bounds(w), w->segment.start_bound, w->segment.bound);
+        sg_copy(sg_n_F(w), w->segment.start_direction, w->segment.direction);
         w->segment.prepared = 1;
     }
     return status;
@@ -88,14 +88,14 @@ static int sg_return(SG(work) * w, const SG(params) * par) {
 static int sg_presses_clearly(const SG(work) * w, int k) {
     const int first = w->segment.rubs ? SG_SEGMENT : 0;
     const int last = w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1;
-    const int n = SG_NORMAL + sg_contacts[k].normal;
+    const int n = sg_first_normal(w) + sg_contact_at(w, k)->normal;
     real least = SG_HUGE;
     real most = SG_C(0.0);
     int problem, slot;
     for (problem = first; problem <= last; ++problem) {
-        const sg_problem *pr = &sg_problems[problem];
+        const sg_problem *pr = sg_problem_at(w, problem);
         for (slot = 0; slot < pr->n_slots; ++slot) {
-            const real push = w->R[pr->R + slot * SG_N_R + n];
+            const real push = w->R[pr->R + slot * sg_n_R(w) + n];
             least = sg_min(least, push);
             most = sg_max(most, push);
         }
@@ -106,18 +106,19 @@ static int sg_presses_clearly(const SG(work) * w, int k) {
 /* 1 if contact k sticks all along: what its friction uses of the radius at the start and at the
    stages does not reach it, even where it grows on as it did. */
 static int sg_sticks_clearly(const SG(work) * w, int k) {
-    const sg_problem *pr = &sg_problems[SG_SEGMENT];
-    const sg_contact *contact = &sg_contacts[k];
-    const int f = SG_SLIP + contact->friction;
-    const real radius = contact->pressing >= 0
-                            ? w->segment.mu[k] * w->segment.force[SG_NORMAL + contact->pressing]
-                            : w->segment.bound[contact->bound];
+    const sg_problem *pr = sg_problem_at(w, SG_SEGMENT);
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int f = sg_first_slip(w) + contact->friction;
+    const real radius =
+        contact->pressing >= 0
+            ? w->segment.mu[k] * w->segment.force[sg_first_normal(w) + contact->pressing]
+            : w->segment.bound[contact->bound];
     real most = sg_friction_size(w, k, &w->segment.force[f]) / radius;
     real least = most;
     int slot;
     for (slot = 1; slot < pr->n_slots; ++slot) {
-        const real use = sg_friction_size(w, k, &w->R[pr->R + slot * SG_N_R + f]) /
-                         sg_radius(w, slot * SG_N_R, k, &w->R[pr->R]);
+        const real use = sg_friction_size(w, k, &w->R[pr->R + slot * sg_n_R(w) + f]) /
+                         sg_radius(w, slot * sg_n_R(w), k, &w->R[pr->R]);
         least = sg_min(least, use);
         most = sg_max(most, use);
     }
@@ -127,10 +128,10 @@ static int sg_sticks_clearly(const SG(work) * w, int k) {
 /* 1 if the percussions of the segment leave no doubt about the modes of all contacts. */
 static int sg_press_clearly(const SG(work) * w) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         const int holds = sg_holds(w, k);
         const int sticks = holds && sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k]);
-        if ((holds && sg_contacts[k].normal >= 0 && !sg_presses_clearly(w, k)) ||
+        if ((holds && sg_contact_at(w, k)->normal >= 0 && !sg_presses_clearly(w, k)) ||
             (sticks && !sg_sticks_clearly(w, k))) {
             return 0;
         }
@@ -144,7 +145,7 @@ static int sg_press_clearly(const SG(work) * w) {
 static void sg_force_falls(SG(work) * w, const SG(options) * opt, const real before[],
                            sg_happening *first) {
     int i, k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         for (i = 0; i < 2; ++i) {
             const int what = i == 0 ? SG_FORCE_ENDS : SG_SLIP_BEGINS;
             if (sg_may_happen(w, what, k)) {
@@ -163,7 +164,7 @@ static void sg_force_falls(SG(work) * w, const SG(options) * opt, const real bef
 
 static void sg_keep_force_values(const SG(work) * w, real values[]) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         values[2 * k] =
             sg_may_happen(w, SG_FORCE_ENDS, k) ? sg_force_value(w, SG_FORCE_ENDS, k) : SG_C(0.0);
         values[2 * k + 1] =
@@ -174,14 +175,14 @@ static void sg_keep_force_values(const SG(work) * w, real values[]) {
 /* Earliest event of forces up to the share `end`, looked for at both ends and `SG_FORCE_SAMPLES` -
    1 places between. */
 static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                            SG(info) * info, real end, sg_happening *first) {
-    real before[2 * SG_N_CONTACTS];
+                            SG(report) * info, real end, sg_happening *first) {
+    real before[2 * sg_n_contacts(w)];
     int status = SG_K(OK);
     int j;
     *first = sg_no_event();
     for (j = 0; j <= SG_FORCE_SAMPLES && status == SG_K(OK); ++j) {
         const real x = end * (real)j / (real)SG_FORCE_SAMPLES;
-        real q[SG_N_Q], v[SG_N_Q];
+        real q[sg_n_q(w)], v[sg_n_q(w)];
         sg_dense(w, x, q, v);
         status = sg_visit(w, par, opt, info, w->segment.t + x * w->segment.span, q, v);
         if (status == SG_K(OK) && j == 0) {

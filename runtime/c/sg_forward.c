@@ -21,7 +21,7 @@ static void sg_forward_stages(SG(work) * w, const SG(params) * par, const SG(opt
                               int problem, int end) {
     SG(directions) *d = &w->directions;
     SG(forward) *f = &w->forward;
-    const sg_problem *pr = &sg_problems[end];
+    const sg_problem *pr = sg_problem_at(w, end);
     const real part = w->segment.span / w->segment.h;
     int j;
     sg_stand_in(w, par, opt, problem);
@@ -36,15 +36,15 @@ static void sg_forward_stages(SG(work) * w, const SG(params) * par, const SG(opt
         if (end == problem) {
             SG(places_forward)(w);
             SG(finish_segment_forward)(w);
-            sg_copy(SG_N_Q, f->v_end, &d->v_end[j * SG_N_Q]);
+            sg_copy(sg_n_q(w), f->v_end, &d->v_end[j * sg_n_q(w)]);
         } else {
             SG(values_forward)(w, par, problem); /* of all that follows from the unknowns */
             sg_ask_forward(w, par, end);
             sg_copy(pr->n_x, f->r, &d->r[j * SG_N_X]);
-            sg_copy(pr->n_slots * SG_N_R, f->y, &d->y[j * SG_N_ROWS]);
+            sg_copy(pr->n_slots * sg_n_R(w), f->y, &d->y[j * SG_N_ROWS]);
             SG(finish_forward)(w);
         }
-        sg_copy(SG_N_Q, f->q_end, &d->q_end[j * SG_N_Q]);
+        sg_copy(sg_n_q(w), f->q_end, &d->q_end[j * sg_n_q(w)]);
     }
 }
 
@@ -52,7 +52,7 @@ static void sg_forward_stages(SG(work) * w, const SG(params) * par, const SG(opt
 static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(options) * opt) {
     SG(directions) *d = &w->directions;
     const int last = SG_N_CHAIN - 1;
-    const sg_problem *pr = &sg_problems[last];
+    const sg_problem *pr = sg_problem_at(w, last);
     int j;
     if (w->segment.rubs) {
         sg_forward_stages(w, par, opt, SG_SEGMENT, SG_SEGMENT);
@@ -62,9 +62,9 @@ static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(option
     sg_stand_in(w, par, opt, last);
     for (j = 0; j <= d->count; ++j) {
         sg_copy(pr->n_x, &d->r[j * SG_N_X], w->forward.r);
-        sg_copy(pr->n_slots * SG_N_R, &d->y[j * SG_N_ROWS], w->forward.y);
+        sg_copy(pr->n_slots * sg_n_R(w), &d->y[j * SG_N_ROWS], w->forward.y);
         sg_answer_forward(w, opt, last, j);
-        sg_copy(SG_N_Q, &w->forward.x[pr->x], &d->v_end[j * SG_N_Q]);
+        sg_copy(sg_n_q(w), &w->forward.x[pr->x], &d->v_end[j * sg_n_q(w)]);
     }
 }
 
@@ -72,8 +72,8 @@ static void sg_forward_end(SG(work) * w, const SG(params) * par, const SG(option
 static void sg_move_to_end(SG(work) * w) {
     SG(directions) *d = &w->directions;
     d->t[d->count] = SG_C(1.0);
-    sg_copy((d->count + 1) * SG_N_Q, d->q_end, d->q);
-    sg_copy((d->count + 1) * SG_N_Q, d->v_end, d->v);
+    sg_copy((d->count + 1) * sg_n_q(w), d->q_end, d->q);
+    sg_copy((d->count + 1) * sg_n_q(w), d->v_end, d->v);
 }
 
 /* The segment has no length, because a step ended where its event is: the state and its changes
@@ -82,12 +82,12 @@ static void sg_stay(SG(work) * w) {
     SG(directions) *d = &w->directions;
     int i;
     d->t[d->count] = SG_C(1.0);
-    for (i = 0; i < SG_N_Q; ++i) {
-        d->q[d->count * SG_N_Q + i] = w->segment.v[i];
-        d->v[d->count * SG_N_Q + i] = w->segment.acceleration[i] / w->segment.h;
+    for (i = 0; i < sg_n_q(w); ++i) {
+        d->q[d->count * sg_n_q(w) + i] = w->segment.v[i];
+        d->v[d->count * sg_n_q(w) + i] = w->segment.acceleration[i] / w->segment.h;
     }
-    sg_copy(SG_N_Q, w->segment.q, w->q_end);
-    sg_copy(SG_N_Q, w->segment.v, w->v_end);
+    sg_copy(sg_n_q(w), w->segment.q, w->q_end);
+    sg_copy(sg_n_q(w), w->segment.v, w->v_end);
     if (!w->segment.known) {
         sg_lose(w, SG_TOGETHER, -1);
     }
@@ -96,7 +96,7 @@ static void sg_stay(SG(work) * w) {
 /* Change of an event function of gaps, slips and guards along the direction at hand. */
 static real sg_event_forward(const SG(work) * w, const sg_happening *event) {
     const SG(forward) *f = &w->forward;
-    const sg_contact *contact = &sg_contacts[event->contact];
+    const sg_contact *contact = sg_contact_at(w, event->contact);
     real along = SG_C(0.0);
     int e;
     if (event->what == SG_GAP_CLOSES) {
@@ -114,10 +114,10 @@ static real sg_event_forward(const SG(work) * w, const sg_happening *event) {
 /* The same of forces: the normal percussion, or what is left of the radius. */
 static real sg_force_forward(const SG(work) * w, const sg_happening *event, int j) {
     const SG(directions) *d = &w->directions;
-    const sg_contact *contact = &sg_contacts[event->contact];
-    const real *force = &d->force[j * SG_N_R];
-    const int n = SG_NORMAL + contact->pressing;
-    const int f = SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, event->contact);
+    const real *force = &d->force[j * sg_n_R(w)];
+    const int n = sg_first_normal(w) + contact->pressing;
+    const int f = sg_first_slip(w) + contact->friction;
     const real *F = &w->segment.force[f];
     const real size = sg_norm(contact->components, F);
     real change;
@@ -127,7 +127,7 @@ static real sg_force_forward(const SG(work) * w, const sg_happening *event, int 
     }
     change = contact->pressing >= 0 ? w->segment.mu[event->contact] * force[n] +
                                           w->forward.mu[event->contact] * w->segment.force[n]
-                                    : d->bound[j * SG_N_BOUNDS + contact->bound];
+                                    : d->bound[j * sg_n_bounds(w) + contact->bound];
     for (e = 0; e < contact->components; ++e) {
         change -= F[e] / size * force[f + e];
     }
@@ -136,7 +136,7 @@ static real sg_force_forward(const SG(work) * w, const sg_happening *event, int 
 
 /* Changes of the event function at the end of the segment. */
 static void sg_forward_event(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info, const sg_happening *event) {
+                             SG(report) * info, const sg_happening *event) {
     SG(directions) *d = &w->directions;
     const int forces = event->what == SG_FORCE_ENDS || event->what == SG_SLIP_BEGINS;
     const real t = w->segment.t + w->segment.span;
@@ -155,8 +155,8 @@ static void sg_forward_event(SG(work) * w, const SG(params) * par, const SG(opti
             d->event[j] = sg_force_forward(w, event, j);
         } else {
             w->forward.t = d->t[j];
-            sg_copy(SG_N_Q, &d->q[j * SG_N_Q], w->forward.q);
-            sg_copy(SG_N_Q, &d->v[j * SG_N_Q], w->forward.v);
+            sg_copy(sg_n_q(w), &d->q[j * sg_n_q(w)], w->forward.q);
+            sg_copy(sg_n_q(w), &d->v[j * sg_n_q(w)], w->forward.v);
             SG(change_parameters)(w, &d->par[j * SG_N_PAR]);
             sg_look_forward(w, par);
             d->event[j] = sg_event_forward(w, event);
@@ -167,7 +167,7 @@ static void sg_forward_event(SG(work) * w, const SG(params) * par, const SG(opti
 /* How the end of the segment just accepted changes: events move in time, the step's end by what is
    said of it. */
 static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                               SG(info) * info, const sg_happening *event) {
+                               SG(report) * info, const sg_happening *event) {
     SG(directions) *d = &w->directions;
     const int last = d->count;
     int i, j;
@@ -185,8 +185,8 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
         sg_measure_motion(w, w->segment.span);
         sg_say_given(w, w->segment.span);
         d->t[last] = SG_C(0.0);
-        sg_fill(SG_N_Q, SG_C(0.0), &d->q[last * SG_N_Q]);
-        sg_fill(SG_N_Q, SG_C(0.0), &d->v[last * SG_N_Q]);
+        sg_fill(sg_n_q(w), SG_C(0.0), &d->q[last * sg_n_q(w)]);
+        sg_fill(sg_n_q(w), SG_C(0.0), &d->v[last * sg_n_q(w)]);
         sg_forward_end(w, par, opt);
         sg_move_to_end(w);
     } else {
@@ -202,9 +202,9 @@ static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(op
         const real longer =
             event->what == SG_NOTHING ? d->grid[j] - d->t[j] : -(d->event[j] / d->event[last]);
         d->t[j] += longer;
-        for (i = 0; i < SG_N_Q; ++i) {
-            d->q[j * SG_N_Q + i] += longer * d->q[last * SG_N_Q + i];
-            d->v[j * SG_N_Q + i] += longer * d->v[last * SG_N_Q + i];
+        for (i = 0; i < sg_n_q(w); ++i) {
+            d->q[j * sg_n_q(w) + i] += longer * d->q[last * sg_n_q(w) + i];
+            d->v[j * sg_n_q(w) + i] += longer * d->v[last * sg_n_q(w) + i];
         }
     }
 }

@@ -21,12 +21,12 @@ static void sg_turn_along(SG(work) * w, const SG(params) * par, int j, real h, i
 static void sg_forward_problem(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                                int problem, real share) {
     SG(directions) *d = &w->directions;
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int j, k, slot;
     sg_prox_parameters(w, opt, problem);
     sg_evaluate(w, par, opt, problem);
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             if (!sg_is_sharp(w, pr, slot, k)) {
                 sg_lose(w, SG_ON_EDGE, k);
             }
@@ -37,7 +37,7 @@ static void sg_forward_problem(SG(work) * w, const SG(params) * par, const SG(op
         sg_turn_along(w, par, j, share * (d->grid[j] - d->t[j]), problem);
         sg_solve_forward(w, par, opt, problem, j);
         sg_copy(pr->n_x, &w->forward.x[pr->x], &d->x[j * SG_N_X_KEPT + pr->x]);
-        sg_copy(pr->n_slots * SG_N_R, &w->forward.R[pr->R], &d->R[j * SG_N_ROWS_KEPT + pr->R]);
+        sg_copy(pr->n_slots * sg_n_R(w), &w->forward.R[pr->R], &d->R[j * SG_N_ROWS_KEPT + pr->R]);
     }
 }
 
@@ -62,8 +62,8 @@ static void sg_forward_captured(SG(work) * w, const SG(params) * par, const SG(o
         const real longer = share * (d->grid[j] - d->t[j]);
         sg_turn_along(w, par, j, longer, SG_N_CHAIN);
         SG(finish_forward)(w);
-        sg_copy(SG_N_Q, w->forward.q_end, &d->q[j * SG_N_Q]);
-        sg_copy(SG_N_Q, w->forward.v_end, &d->v[j * SG_N_Q]);
+        sg_copy(sg_n_q(w), w->forward.q_end, &d->q[j * sg_n_q(w)]);
+        sg_copy(sg_n_q(w), w->forward.v_end, &d->v[j * sg_n_q(w)]);
         d->t[j] += longer;
     }
 }

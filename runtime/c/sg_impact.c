@@ -10,15 +10,16 @@
 static void sg_forward_impact(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                               int rests);
 static void sg_forward_strike(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                              SG(info) * info);
+                              SG(report) * info);
 static void sg_forward_jump(SG(work) * w);
 static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info, int struck);
+                             SG(report) * info, int struck);
 #endif
 
 /* Note an event of a located step. */
-static void sg_tell(SG(info) * info, real t, int k, int kind, real energy, const real P[]) {
-    const sg_contact *contact = &sg_contacts[k];
+static void sg_tell(const SG(work) * w, SG(report) * info, real t, int k, int kind, real energy,
+                    const real P[]) {
+    const sg_contact *contact = sg_contact_at(w, k);
     if (info->n_events < SG_N_EVENTS) {
         SG(event) *event = &info->events[info->n_events];
         int d;
@@ -26,10 +27,11 @@ static void sg_tell(SG(info) * info, real t, int k, int kind, real energy, const
         event->contact = k;
         event->kind = kind;
         event->energy = energy;
-        event->P_N = P != NULL && contact->normal >= 0 ? P[SG_NORMAL + contact->normal] : SG_C(0.0);
+        event->P_N =
+            P != NULL && contact->normal >= 0 ? P[sg_first_normal(w) + contact->normal] : SG_C(0.0);
         for (d = 0; d < SG_N_SLIP; ++d) {
             event->P_F[d] = P != NULL && d < contact->components
-                                ? P[SG_SLIP + contact->friction + d]
+                                ? P[sg_first_slip(w) + contact->friction + d]
                                 : SG_C(0.0);
         }
     }
@@ -44,20 +46,20 @@ static int sg_touch(SG(work) * w) {
     sg_cold_start(w, SG_IMPACT);
     w->scales.formed = 0;
     sg_scales(w, SG_IMPACT);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const sg_contact *contact = &sg_contacts[k];
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        const sg_contact *contact = sg_contact_at(w, k);
         w->segment.touching[k] = 0;
         w->segment.mu[k] = w->mu[k];
         for (d = 0; d < contact->components; ++d) {
             w->segment.slip_tolerance[contact->friction + d] =
-                SG_TOUCH * w->scales.speed[SG_SLIP + contact->friction + d];
+                SG_TOUCH * w->scales.speed[sg_first_slip(w) + contact->friction + d];
         }
         if (contact->normal >= 0) {
             const int n = contact->normal;
-            const real size =
-                w->masses.reach[SG_NORMAL + n] + w->h * w->scales.speed[SG_NORMAL + n];
+            const real size = w->masses.reach[sg_first_normal(w) + n] +
+                              w->h * w->scales.speed[sg_first_normal(w) + n];
             w->segment.gap_tolerance[n] = SG_TOUCH * size;
-            w->segment.rate_tolerance[n] = SG_TOUCH * w->scales.speed[SG_NORMAL + n];
+            w->segment.rate_tolerance[n] = SG_TOUCH * w->scales.speed[sg_first_normal(w) + n];
             w->segment.touching[k] = w->found.exists[k] && w->gap[n] <= w->segment.gap_tolerance[n];
             if (w->found.exists[k] && w->gap[n] < -w->segment.gap_tolerance[n]) {
                 free_of_overlap = 0;
@@ -69,7 +71,7 @@ static int sg_touch(SG(work) * w) {
 
 /* 1 if contact k touches and approaches. */
 static int sg_strikes(const SG(work) * w, int k) {
-    const int n = sg_contacts[k].normal;
+    const int n = sg_contact_at(w, k)->normal;
     return n >= 0 && w->segment.touching[k] && w->gap_rate[n] < -w->segment.rate_tolerance[n];
 }
 
@@ -84,7 +86,7 @@ static int sg_stand(SG(work) * w, const SG(params) * par, real t) {
     w->segment.prepared = 1;
     w->segment.known = 0;
     sg_look(w, par, t, w->trial.q, w->trial.v);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         const int turned = w->segment.turned[k];
         w->segment.exists[k] = turned ? turned == SG_TURNED_ON : w->found.exists[k];
         w->found.exists[k] = w->segment.exists[k];
@@ -95,17 +97,17 @@ static int sg_stand(SG(work) * w, const SG(params) * par, real t) {
 /* The impact equations at one place. A contact that was struck a moment ago comes to rest: its
    restitution is zero. */
 static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                     SG(info) * info) {
-    const sg_problem *pr = &sg_problems[SG_IMPACT];
+                     SG(report) * info) {
+    const sg_problem *pr = sg_problem_at(w, SG_IMPACT);
     const real t = w->segment.t;
-    const real before = SG(energy_at)(t, w->trial.q, w->trial.v, par);
+    const real before = sg_energy(w, t, w->trial.q, w->trial.v, par);
     const real *P = &w->R[pr->R];
     real energy;
     int rests = 0;
     int status, k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const int n = sg_contacts[k].normal;
-        const int presser = sg_contacts[k].presser;
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        const int n = sg_contact_at(w, k)->normal;
+        const int presser = sg_contact_at(w, k)->presser;
         w->found.active[k] =
             n < 0 && presser >= 0 ? w->found.active[presser] : w->segment.touching[k];
         if (sg_strikes(w, k) && t - w->trial.t_impact[k] < SG_REST * w->segment.h) {
@@ -132,16 +134,16 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
 #else
     (void)rests;
 #endif
-    sg_copy(SG_N_Q, &w->x[pr->x], w->trial.v);
-    energy = SG(energy_at)(t, w->trial.q, w->trial.v, par) - before;
-    for (k = 0; k < SG_N_R; ++k) {
+    sg_copy(sg_n_q(w), &w->x[pr->x], w->trial.v);
+    energy = sg_energy(w, t, w->trial.q, w->trial.v, par) - before;
+    for (k = 0; k < sg_n_R(w); ++k) {
         w->segment.P[k] += P[k];
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         if (sg_strikes(w, k)) {
             w->trial.t_impact[k] = t;
             ++w->segment.impacts[k];
-            sg_tell(info, t, k, SG_K(EVENT_IMPACT), energy, P);
+            sg_tell(w, info, t, k, SG_K(EVENT_IMPACT), energy, P);
             energy = SG_C(0.0); /* of all that struck at once, told with the first */
         }
     }
@@ -153,10 +155,10 @@ static int sg_strike(SG(work) * w, const SG(params) * par, const SG(options) * o
  */
 static int sg_modes_fit(const SG(work) * w, int but) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const int n = sg_contacts[k].normal;
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        const int n = sg_contact_at(w, k)->normal;
         const int mode = w->segment.mode[k];
-        const int presser = sg_contacts[k].presser;
+        const int presser = sg_contact_at(w, k)->presser;
         const int stays =
             n < 0 ? presser < 0 || sg_holds(w, presser)
                   : w->segment.touching[k] && w->gap_rate[n] <= w->segment.rate_tolerance[n];
@@ -179,13 +181,13 @@ static int sg_modes_fit(const SG(work) * w, int but) {
 /* Directions of slip in space are those of the velocities at the place. */
 static void sg_turn_slips(SG(work) * w) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         const int mode = w->segment.mode[k];
-        const int f = sg_contacts[k].friction;
+        const int f = sg_contact_at(w, k)->friction;
         if (!sg_slips_in(mode)) {
             continue;
         }
-        if (sg_contacts[k].components == 1) {
+        if (sg_contact_at(w, k)->components == 1) {
             w->segment.direction[f] =
                 sg_times_axis(w, f, mode == SG_K(SLIP) ? SG_C(1.0) : SG_C(-1.0));
         } else if (sg_slip_size(w, k) > SG_C(1.0)) {
@@ -198,8 +200,8 @@ static void sg_turn_slips(SG(work) * w) {
    changed. */
 static int sg_need_forces(SG(work) * w, int changed) {
     int k;
-    w->segment.rubs = SG_N_GAMMA > 0;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    w->segment.rubs = sg_n_gamma(w) > 0;
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.rubs = w->segment.rubs || sg_rubs(w, k);
     }
     return w->segment.rubs || changed;
@@ -208,7 +210,7 @@ static int sg_need_forces(SG(work) * w, int changed) {
 /* Modes in which the step goes on from the place. `but`: the contact whose mode an event has
    changed, -1: none; `sought`: modes are sought whatever they were. */
 static int sg_choose_modes(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                           SG(info) * info, int but, int sought) {
+                           SG(report) * info, int but, int sought) {
     int status = SG_K(OK);
     if (!sought) {
         sg_turn_slips(w);
@@ -234,25 +236,25 @@ static int sg_choose_modes(SG(work) * w, const SG(params) * par, const SG(option
 }
 
 /* Tell what became of the contacts at an event. */
-static void sg_tell_changes(const SG(work) * w, SG(info) * info) {
+static void sg_tell_changes(const SG(work) * w, SG(report) * info) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         const int kind =
             sg_event_kind(w->segment.before[k], w->segment.mode[k], 0, w->found.exists[k]);
         const int struck = kind == SG_K(EVENT_CLOSE) && w->trial.t_impact[k] == w->segment.t;
         if (kind >= 0 && !struck) {
-            sg_tell(info, w->segment.t, k, kind, SG_C(0.0), NULL);
+            sg_tell(w, info, w->segment.t, k, kind, SG_C(0.0), NULL);
         }
     }
 }
 
 /* Arrive at the trial state at time t: impacts, modes. `but`, `sought` as above. */
-static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                    real t, int but, int sought) {
+static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                    SG(report) * info, real t, int but, int sought) {
     int status = sg_stand(w, par, t);
     int struck = 0;
     int k;
-    for (k = 0; k < SG_N_CONTACTS && status == SG_K(OK); ++k) {
+    for (k = 0; k < sg_n_contacts(w) && status == SG_K(OK); ++k) {
         struck = struck || sg_strikes(w, k);
     }
     if (status == SG_K(OK) && struck) {
@@ -265,7 +267,7 @@ static int sg_enter(SG(work) * w, const SG(params) * par, const SG(options) * op
         if (status == SG_K(OK)) {
             status = sg_stand(w, par, t);
         }
-        for (k = 0; k < SG_N_CONTACTS && status == SG_K(OK); ++k) {
+        for (k = 0; k < sg_n_contacts(w) && status == SG_K(OK); ++k) {
             if (sg_strikes(w, k)) {
                 status = SG_K(REJECTED);
             }

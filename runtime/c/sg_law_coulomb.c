@@ -9,7 +9,7 @@
 
 /* Size of a percussion of contact k: at most its radius. */
 static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     if (SG_N_AXES > 0 && contact->components > 1) {
         real own[SG_N_SLIP];
         int d;
@@ -23,7 +23,7 @@ static inline real sg_friction_size(const SG(work) * w, int k, const real *R) {
 
 /* `slip` for a slip velocity; returns the velocity's size. Where it is zero `slip` stays. */
 static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma, real *slip) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     real own[SG_N_SLIP];
     real size;
     int d;
@@ -40,7 +40,7 @@ static inline real sg_friction_slip(const SG(work) * w, int k, const real *gamma
 
 /* State and residual of the rows of contact k that begin at f, for percussions R of the problem. */
 static inline void sg_friction_rows(SG(work) * w, int k, int f, const real *R, real radius) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     real z[SG_N_SLIP];
     real ratio;
     int d;
@@ -69,7 +69,7 @@ static inline void sg_friction_rows(SG(work) * w, int k, int f, const real *R, r
 /* Rows without friction, whose percussions are to vanish. */
 static inline void sg_friction_off(SG(work) * w, int k, int f, const real *R) {
     int d;
-    for (d = 0; d < sg_contacts[k].components; ++d) {
+    for (d = 0; d < sg_contact_at(w, k)->components; ++d) {
         w->rows.kind[f + d] = SG_ROW_ZERO;
         w->rows.phi[f + d] = R[f + d];
     }
@@ -78,7 +78,7 @@ static inline void sg_friction_off(SG(work) * w, int k, int f, const real *R) {
 /* The same rows where a contact keeps the state that it is in. In space the direction of slip is
    that of the prox argument. */
 static inline void sg_friction_held(SG(work) * w, int k, int f, const real *R, real radius) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     real z[SG_N_SLIP];
     real size;
     int d;
@@ -104,9 +104,9 @@ static inline void sg_friction_held(SG(work) * w, int k, int f, const real *R, r
    the changes of the kinematic rows; row `column` (-1: none) has its percussion changed by one. */
 static inline real sg_friction_change(const SG(work) * w, int row, const real *dy, real radius,
                                       int column) {
-    const int c = row % SG_ROWS_OF_SLOT - SG_SLIP;
-    const sg_contact *contact = &sg_contacts[sg_slips[c].contact];
-    const int first = row - sg_slips[c].component;
+    const int c = row % sg_rows_of_slot(w) - sg_first_slip(w);
+    const sg_contact *contact = sg_contact_at(w, sg_slip_at(w, c)->contact);
+    const int first = row - sg_slip_at(w, c)->component;
     real change = row == column ? SG_C(1.0) : SG_C(0.0);
     int e;
     change += w->rows.slip[row] * radius;
@@ -127,9 +127,10 @@ static inline real sg_friction_change(const SG(work) * w, int row, const real *d
 
 /* Where friction is at the boundary of its set, it follows the normal percussion. */
 static inline real sg_pressing_share(const SG(work) * w, int f, real R_N) {
-    const int c = f % SG_ROWS_OF_SLOT - SG_SLIP;
-    const real mu =
-        c < 0 ? SG_C(0.0) : sg_coefficient(w, f - f % SG_ROWS_OF_SLOT, sg_slips[c].contact);
+    const int c = f % sg_rows_of_slot(w) - sg_first_slip(w);
+    const real mu = c < 0
+                        ? SG_C(0.0)
+                        : sg_coefficient(w, f - f % sg_rows_of_slot(w), sg_slip_at(w, c)->contact);
     return R_N >= SG_C(0.0) || sg_is_followed(w) ? -(w->rows.slip[f] * mu) : SG_C(0.0);
 }
 
@@ -161,7 +162,7 @@ typedef struct {
 } sg_smoothed;
 
 static inline void sg_friction_smooth(const SG(work) * w, int k, int f, real e, sg_smoothed *s) {
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     real sum = SG_C(0.0);
     int d;
     s->scale = sg_over_axis(w, contact->friction, w->central.scale[f]);
@@ -178,7 +179,7 @@ static inline void sg_friction_smooth(const SG(work) * w, int k, int f, real e, 
 
 /* Radius on a path: that of bilateral percussions stays as it was where the path began. */
 static inline real sg_path_radius(const SG(work) * w, int base, int k) {
-    return sg_radius(w, base, k, sg_contacts[k].loads > 0 ? &w->R[w->path.first] : w->path.R);
+    return sg_radius(w, base, k, sg_contact_at(w, k)->loads > 0 ? &w->R[w->path.first] : w->path.R);
 }
 
 /* Margin of a sticking contact to its cone: (mu R_N)^2 - |R_F|^2 = c + b t + a t^2 along a path;
@@ -209,8 +210,8 @@ static real sg_friction_margin(real a, real b, real c, int entering) {
 /* When contact k, which rubs in the rows from f on, begins to slip or to stick if tau moves on in
    the direction `way`, and which of the two. `was`: what it did at the last change. */
 static real sg_friction_event(const SG(work) * w, int base, int k, real way, int was, int *what) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int f = base + SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int f = base + sg_first_slip(w) + contact->friction;
     int d;
     if (w->rows.kind[f] == SG_ROW_SLIP) {
         real value = SG_C(0.0);
@@ -245,8 +246,8 @@ static real sg_friction_event(const SG(work) * w, int base, int k, real way, int
 
 /* How fast the quantity of the change `what` of contact k grows with tau right behind it. */
 static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int f = base + SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int f = base + sg_first_slip(w) + contact->friction;
     real growth = SG_C(0.0);
     int d;
     if (what == SG_SLIPS) {
@@ -272,8 +273,8 @@ static real sg_friction_growth(const SG(work) * w, int base, int k, int what) {
    its friction; from the apex of the cone where friction would go. A direction that is known when
    it closes stays. */
 static void sg_friction_slips(SG(work) * w, int base, int k, int what, real way) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int f = base + SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int f = base + sg_first_slip(w) + contact->friction;
     real direction[SG_N_SLIP];
     real size;
     int d;

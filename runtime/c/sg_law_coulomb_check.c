@@ -52,9 +52,9 @@ static inline real sg_check_back(const SG(work) * w, int n) {
    normal percussion that presses it. */
 static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg_solved *at, int k,
                               int joins, real floor, const sg_limit *limit) {
-    const sg_contact *contact = &sg_contacts[k];
-    const int n = SG_NORMAL + contact->pressing;
-    const int f = SG_SLIP + contact->friction;
+    const sg_contact *contact = sg_contact_at(w, k);
+    const int n = sg_first_normal(w) + contact->pressing;
+    const int f = sg_first_slip(w) + contact->friction;
     const real *force = &at->R[f];
     const real *rate = &at->y[f];
     real scale = w->scales.percussion_scale[f];
@@ -78,10 +78,11 @@ static int sg_check_slip_rows(const SG(work) * w, const sg_problem *pr, const sg
             scale = sg_max(scale, w->mu[k] * w->scales.percussion_scale[c]);
         }
     } else if (contact->pressing < 0) {
-        const int row = (pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS + contact->bound;
+        const int row = (pr->R / sg_rows_of_slot(w) + at->slot) * sg_n_bounds(w) + contact->bound;
         radius = w->found.radius[row];
     } else {
-        const real *own = &w->found.radius[(pr->R / SG_ROWS_OF_SLOT + at->slot) * SG_N_BOUNDS];
+        const real *own =
+            &w->found.radius[(pr->R / sg_rows_of_slot(w) + at->slot) * sg_n_bounds(w)];
         const real mu = contact->varies < 0 ? w->mu[k] : own[contact->varies];
         radius = mu * (at->R[n] + sg_check_back(w, contact->pressing)) +
                  (contact->varies < 0 ? SG_C(0.0) : own[contact->varies + 1]);

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_work.h"
+#include "sg_part.h"
 
 /* The ellipse of anisotropic friction, |(R_1 / mu_1, R_2 / mu_2)| <= R_N, opposite to the slip in
    the sense of the largest dissipation. With a_d = mu_d / mu, mu the larger coefficient, it is the
@@ -34,10 +34,10 @@ static inline real sg_times_axis(const SG(work) * w, int c, real x) {
 static inline int sg_elliptic_begin(SG(work) * w) {
 #if SG_N_AXES > 0
     int d, k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const int f = sg_contacts[k].friction;
-        const int rubs = sg_contacts[k].pressing >= 0 && w->mu[k] > SG_C(0.0);
-        for (d = 0; d < sg_contacts[k].components; ++d) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        const int f = sg_contact_at(w, k)->friction;
+        const int rubs = sg_contact_at(w, k)->pressing >= 0 && w->mu[k] > SG_C(0.0);
+        for (d = 0; d < sg_contact_at(w, k)->components; ++d) {
             const real share = rubs ? w->mu_F[f + d] / w->mu[k] : SG_C(1.0);
             if (!(share > SG_C(0.0) && share <= SG_C(1.0))) {
                 return 0;

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_contract.h"
+#include "sg_part.h"
 
 /* What the checker asks of anisotropic friction, from the coefficients themselves. */
 
@@ -8,7 +8,7 @@
 static inline void sg_check_in_disc(const SG(work) * w, int k, const real **R, const real **gamma,
                                     real *force, real *rate) {
 #if SG_N_AXES > 0
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     int d;
     if (contact->pressing < 0 || !(w->mu[k] > SG_C(0.0))) {
         return;

@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_work.h"
+#include "sg_part.h"
 #include "sg_prox.c"
 
 /* Signorini's law of a normal row, 0 <= y, 0 <= R, y R = 0 (61), as -R = prox(r y - R) (64): y is

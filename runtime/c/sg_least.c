@@ -16,14 +16,15 @@ static int sg_position(const SG(work) * w, int a, int row) {
 
 /* 1 if friction of contact k sticks in the slot with first row `base`. */
 static int sg_is_sticking(const SG(work) * w, int base, int k) {
-    return sg_contacts[k].components > 0 && w->rows.kind[sg_slip_of(base, k)] == SG_ROW_FREE;
+    return sg_contact_at(w, k)->components > 0 &&
+           w->rows.kind[sg_slip_of(w, base, k)] == SG_ROW_FREE;
 }
 
 /* Slope of the cone of contact k in scaled percussions, where it is round: the normal percussion
    stands at a, friction at b. */
 static real sg_slope(const SG(work) * w, int k, int a, int b) {
     return w->mu[k] * w->system.root_scale[a] /
-           sg_over_axis(w, sg_contacts[k].friction, w->system.root_scale[b]);
+           sg_over_axis(w, sg_contact_at(w, k)->friction, w->system.root_scale[b]);
 }
 
 /* The normal percussion at a, of contact k, and all sticking friction that it presses: to the
@@ -38,11 +39,11 @@ static void sg_nearest_of_contact(const SG(work) * w, int base, int k, int a, re
     while (rises) {
         real weight = SG_C(1.0);
         real pushed = given;
-        for (i = k; i >= 0; i = sg_contacts[i].next) {
+        for (i = k; i >= 0; i = sg_contact_at(w, i)->next) {
             if (sg_is_sticking(w, base, i)) {
-                const int b = sg_position(w, a, sg_slip_of(base, i));
+                const int b = sg_position(w, a, sg_slip_of(w, base, i));
                 const real mu = sg_slope(w, i, a, b);
-                const real size = sg_norm(sg_contacts[i].components, &z[b]);
+                const real size = sg_norm(sg_contact_at(w, i)->components, &z[b]);
                 if (size > mu * push) {
                     weight += mu * mu;
                     pushed += mu * size;
@@ -53,12 +54,12 @@ static void sg_nearest_of_contact(const SG(work) * w, int base, int k, int a, re
         push = rises ? pushed / weight : push;
     }
     z[a] = sg_max(push, SG_C(0.0));
-    for (i = k; i >= 0; i = sg_contacts[i].next) {
+    for (i = k; i >= 0; i = sg_contact_at(w, i)->next) {
         if (sg_is_sticking(w, base, i)) {
-            const int b = sg_position(w, a, sg_slip_of(base, i));
+            const int b = sg_position(w, a, sg_slip_of(w, base, i));
             const real most = sg_slope(w, i, a, b) * z[a];
-            const real size = sg_norm(sg_contacts[i].components, &z[b]);
-            for (d = 0; d < sg_contacts[i].components && size > most; ++d) {
+            const real size = sg_norm(sg_contact_at(w, i)->components, &z[b]);
+            for (d = 0; d < sg_contact_at(w, i)->components && size > most; ++d) {
                 z[b + d] *= most / size;
             }
         }
@@ -70,15 +71,15 @@ static void sg_nearest_in_cones(const SG(work) * w, const sg_problem *pr, real *
     int a = 0; /* position in the reduced system, in the order in which sg_reduce fills it */
     int slot, c, d, k;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
-        for (c = 0; c < SG_NORMAL; ++c) {
+        const int base = slot * sg_n_R(w);
+        for (c = 0; c < sg_first_normal(w); ++c) {
             a += w->rows.kind[base + c] != SG_ROW_ZERO;
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
             const int rubs =
-                contact->components > 0 && w->rows.kind[sg_slip_of(base, k)] != SG_ROW_ZERO;
-            if (contact->normal >= 0 && w->rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
+                contact->components > 0 && w->rows.kind[sg_slip_of(w, base, k)] != SG_ROW_ZERO;
+            if (contact->normal >= 0 && w->rows.kind[sg_normal_of(w, base, k)] == SG_ROW_FREE) {
                 sg_nearest_of_contact(w, base, k, a, z);
                 ++a;
             } else if (contact->presser < 0 && sg_is_sticking(w, base, k)) {
@@ -128,11 +129,11 @@ static void sg_least_in_cones(SG(work) * w, const sg_problem *pr, int n, int ran
 static int sg_take_solution(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                             int problem, int n, unsigned long state, int *iterations,
                             real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real *R = &w->R[pr->R];
     int a, i;
     sg_fill(pr->n_x, SG_C(0.0), w->smooth.dx);
-    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), w->newton.dR);
+    sg_fill(pr->n_slots * sg_n_R(w), SG_C(0.0), w->newton.dR);
     for (a = 0; a < n; ++a) {
         const int row = w->system.reduced[a];
         const real change = w->system.solution[a] * w->system.root_scale[a] - R[row];
@@ -144,21 +145,21 @@ static int sg_take_solution(SG(work) * w, const SG(params) * par, const SG(optio
     sg_advance(w, problem);
     sg_evaluate(w, par, opt, problem);
     *measure = sg_residual(w, opt, problem);
-    if (*measure > SG_C(1.0) && sg_fingerprint(w, pr->n_slots * SG_N_R) == state) {
+    if (*measure > SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state) {
         /* the problem is not linear: the same contact states, solved */
         sg_settle(w, par, opt, problem, SG_HELD, iterations);
         sg_evaluate(w, par, opt, problem);
         *measure = sg_residual(w, opt, problem);
     }
-    return *measure <= SG_C(1.0) && sg_fingerprint(w, pr->n_slots * SG_N_R) == state;
+    return *measure <= SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state;
 }
 
 /* Where dependent rows leave the percussions open, move to those of least scaled norm; kept only if
    they still solve the problem in the same contact state. */
 static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                          int *iterations, real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_rows = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
     real *R = &w->R[pr->R];
     unsigned long state;
     int n, rank, a, turn;
@@ -215,11 +216,11 @@ static int sg_may_depend(const SG(work) * w, const sg_problem *pr) {
     int slot, c, k;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         int acting = 0;
-        for (c = 0; c < SG_NORMAL; ++c) {
-            acting += w->rows.kind[slot * SG_N_R + c] != SG_ROW_ZERO;
+        for (c = 0; c < sg_first_normal(w); ++c) {
+            acting += w->rows.kind[slot * sg_n_R(w) + c] != SG_ROW_ZERO;
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            acting += sg_is_pressed(w, slot * SG_N_R, k);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            acting += sg_is_pressed(w, slot * sg_n_R(w), k);
         }
         if (acting > 1) {
             return 1;
@@ -231,11 +232,11 @@ static int sg_may_depend(const SG(work) * w, const sg_problem *pr) {
 /* Choose among the percussions that solve the problem, and note the contact state for which the
    choice holds: work.found.states, work.found.choice. As long as the state stays, what was found of
    it in the step before is not found again. */
-static void sg_choose(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                      const SG(options) * opt, SG(info) * info, int problem, int iterated,
+static void sg_choose(SG(work) * w, const SG(part) * s, const SG(params) * par,
+                      const SG(options) * opt, SG(report) * info, int problem, int iterated,
                       real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
-    const unsigned long print = sg_fingerprint(w, pr->n_slots * SG_N_R) & 0x7fffffffUL;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const unsigned long print = sg_fingerprint(w, pr->n_slots * sg_n_R(w)) & 0x7fffffffUL;
     const int state = (int)print;
     const int same = s->warm > 0 && s->h_guess == w->h && s->states[problem] == state;
     int choice = SG_UNIQUE;

@@ -9,8 +9,8 @@
    smooth block is singular. */
 static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                         int problem) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n = pr->n_slots * sg_n_R(w);
     const real *R = &w->R[pr->R];
     int a, b;
     sg_evaluate(w, par, opt, problem);
@@ -53,7 +53,7 @@ static void sg_linear_rows(const SG(work) * w, int n, const real *R, real *y) {
 /* Move the unknowns to the percussions R in the linearised problem. Returns 0 if they are not
    finite there. */
 static int sg_arrive(SG(work) * w, const sg_problem *pr, const real *to) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     real *R = &w->R[pr->R];
     int a, i;
     for (a = 0; a < n; ++a) {

@@ -9,13 +9,13 @@
 #if SG_DERIVATIVES
 /* How the end of a segment changes along directions (sg_forward.c). */
 static void sg_forward_segment(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                               SG(info) * info, const sg_happening *event);
+                               SG(report) * info, const sg_happening *event);
 #endif
 
 /* Contact k opens, and all friction that it presses with it. */
 static void sg_impose_open(SG(work) * w, int k) {
     int i;
-    for (i = k; i >= 0; i = sg_contacts[i].next) {
+    for (i = k; i >= 0; i = sg_contact_at(w, i)->next) {
         w->segment.mode[i] = SG_K(OPEN);
     }
 }
@@ -23,7 +23,7 @@ static void sg_impose_open(SG(work) * w, int k) {
 /* What an event does to its contact before modes are chosen; -1 if they are to be sought. */
 static int sg_impose(SG(work) * w, const sg_happening *event) {
     const int k = event->contact;
-    const sg_contact *contact = &sg_contacts[k];
+    const sg_contact *contact = sg_contact_at(w, k);
     int d, i;
     switch (event->what) {
         case SG_FORCE_ENDS:
@@ -32,7 +32,7 @@ static int sg_impose(SG(work) * w, const sg_happening *event) {
         case SG_SLIP_BEGINS:
             for (d = 0; d < contact->components; ++d) {
                 w->segment.direction[contact->friction + d] =
-                    -w->segment.force[SG_SLIP + contact->friction + d];
+                    -w->segment.force[sg_first_slip(w) + contact->friction + d];
             }
             (void)sg_friction_slip(w, k, &w->segment.direction[contact->friction],
                                    &w->segment.direction[contact->friction]);
@@ -43,7 +43,7 @@ static int sg_impose(SG(work) * w, const sg_happening *event) {
             return k;
         case SG_GUARD_TURNS:
             sg_impose_open(w, k);
-            for (i = k; i >= 0; i = sg_contacts[i].next) {
+            for (i = k; i >= 0; i = sg_contact_at(w, i)->next) {
                 w->segment.turned[i] = w->segment.exists[i] ? SG_TURNED_OFF : SG_TURNED_ON;
             }
             return -1;
@@ -54,7 +54,7 @@ static int sg_impose(SG(work) * w, const sg_happening *event) {
 
 /* Value of an event function at the end of the segment just solved. */
 static int sg_value_at_end(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                           SG(info) * info, const sg_happening *event, real *value, real *rate) {
+                           SG(report) * info, const sg_happening *event, real *value, real *rate) {
     const real t = w->segment.t + w->segment.span;
     int status = SG_K(OK);
     if (event->what == SG_FORCE_ENDS || event->what == SG_SLIP_BEGINS) {
@@ -78,7 +78,7 @@ static real sg_next_size(real tau, real value, real slope, real low, real high, 
 /* Locate an event that the dense output shows: solve the segment up to it, until its function
    vanishes at the end. The segment just solved has the size `rest`. An event that does not exist,
    because the function stays positive, becomes none. */
-static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(report) * info,
                   sg_happening *event, real rest) {
     const real noise = SG_C(4.0) * SG_EPS * (SG_FABS(w->segment.t) + w->segment.h);
     real tau = event->at * rest;
@@ -137,20 +137,20 @@ static int sg_pin(SG(work) * w, const SG(params) * par, const SG(options) * opt,
 
 /* Unknowns of the segment that the next step starts from. */
 static sg_range sg_range_of(const SG(work) * w) {
-    const sg_problem *first = &sg_problems[w->segment.rubs ? SG_SEGMENT : 0];
-    const sg_problem *last = &sg_problems[w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1];
+    const sg_problem *first = sg_problem_at(w, w->segment.rubs ? SG_SEGMENT : 0);
+    const sg_problem *last = sg_problem_at(w, w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1);
     sg_range of;
     of.x = first->x;
     of.x_end = last->x + last->n_x;
     of.R = first->R;
-    of.R_end = last->R + last->n_slots * SG_N_R;
+    of.R_end = last->R + last->n_slots * sg_n_R(w);
     return of;
 }
 
 /* 1 if contacts end the segment in the states in which the step before ended. */
 static int sg_goes_on(const SG(work) * w) {
     int k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         if (w->trial.contact[k] != w->segment.mode[k]) {
             return 0;
         }
@@ -159,16 +159,16 @@ static int sg_goes_on(const SG(work) * w) {
 }
 
 /* Take over the end of the segment just solved. `whole`: it is all of the step. */
-static void sg_take_segment(SG(work) * w, const SG(params) * par, SG(info) * info, int whole) {
-    SG(state) *s = &w->trial;
+static void sg_take_segment(SG(work) * w, const SG(params) * par, SG(report) * info, int whole) {
+    SG(part) *s = &w->trial;
     const sg_range of = sg_range_of(w);
     int k;
-    for (k = 0; k < SG_N_R; ++k) {
+    for (k = 0; k < sg_n_R(w); ++k) {
         w->segment.P[k] += w->P[k];
     }
     /* forces may have been looked for elsewhere since */
-    sg_copy(SG_N_Q, w->segment.q, w->q);
-    sg_copy(SG_N_Q, w->segment.v, w->v);
+    sg_copy(sg_n_q(w), w->segment.q, w->q);
+    sg_copy(sg_n_q(w), w->segment.v, w->v);
     w->t = w->segment.t;
     w->h = w->segment.span;
     if (whole) {
@@ -182,14 +182,14 @@ static void sg_take_segment(SG(work) * w, const SG(params) * par, SG(info) * inf
         s->segment = 0;
     }
     sg_smallest_gap(w, info, w->segment.rubs ? SG_SEGMENT : 0);
-    sg_copy(SG_N_Q, w->q_end, s->q);
-    sg_copy(SG_N_Q, w->v_end, s->v);
+    sg_copy(sg_n_q(w), w->q_end, s->q);
+    sg_copy(sg_n_q(w), w->v_end, s->v);
     sg_retain(w, par);
 }
 
 /* Solve the segment up to the end of the step, and look for the first event in it. */
 static int sg_seek_end(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                       SG(info) * info, real rest, sg_happening *event) {
+                       SG(report) * info, real rest, sg_happening *event) {
     sg_happening force;
     int status;
     *event = sg_no_event();
@@ -216,13 +216,13 @@ static int sg_seek_end(SG(work) * w, const SG(params) * par, const SG(options) *
 /* One segment from the place where the step stands, at most of size `rest`; *event says what ends
  * it.
  */
-static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(report) * info,
                    real rest, sg_happening *event) {
     int status, turn, k;
     if (w->segment.known) {
         sg_measure_motion(w, rest);
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.absent[k] = SG_NOTHING;
     }
     sg_keep_start(w);
@@ -253,14 +253,14 @@ static int sg_pass(SG(work) * w, const SG(params) * par, const SG(options) * opt
 }
 
 /* The rest of the step as if nothing were looked for; if that fails, all of it. */
-static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+static int sg_capture(SG(work) * w, const SG(part) * s, SG(report) * info, const SG(params) * par,
                       const SG(options) * opt, real h, real done) {
     int status, j, k;
-    const real energy = SG(energy_at)(s->t + done, w->trial.q, w->trial.v, par);
+    const real energy = sg_energy(w, s->t + done, w->trial.q, w->trial.v, par);
     if (done > SG_C(0.0)) {
         w->trial.warm = 0;
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.before[k] = done > SG_C(0.0) ? w->segment.mode[k] : s->contact[k];
         w->trial.contact[k] = w->segment.before[k];
         w->trial.closed[k] = w->segment.before[k] > SG_K(OPEN);
@@ -275,23 +275,23 @@ static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const 
         info->t_captured = s->t;
         info->n_events = 0;
         info->iterations = 0;
-        sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        sg_fill(sg_n_R(w), SG_C(0.0), w->segment.P);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             w->segment.impacts[k] = 0;
             w->segment.before[k] = s->contact[k];
         }
         status = sg_cover(w, s->t, info, par, opt, h);
     }
     if (status == SG_K(OK)) {
-        const real after = SG(energy_at)(s->t + h, w->trial.q, w->trial.v, par);
-        for (j = 0; j < SG_N_R; ++j) {
+        const real after = sg_energy(w, s->t + h, w->trial.q, w->trial.v, par);
+        for (j = 0; j < sg_n_R(w); ++j) {
             info->P[j] += w->segment.P[j];
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
             const int kind = sg_event_kind(w->segment.before[k], info->contact[k], info->impacts[k],
                                            w->found.exists[k]);
             if (kind >= 0) {
-                sg_tell(info, s->t + h, k, kind,
+                sg_tell(w, info, s->t + h, k, kind,
                         kind == SG_K(EVENT_IMPACT) ? after - energy : SG_C(0.0), info->P);
             }
             info->impacts[k] += w->segment.impacts[k];
@@ -301,10 +301,10 @@ static int sg_capture(SG(work) * w, const SG(state) * s, SG(info) * info, const 
 }
 
 /* Report the end of a step of which nothing was captured. */
-static void sg_report(SG(work) * w, SG(info) * info) {
+static void sg_report(SG(work) * w, SG(report) * info) {
     int k;
-    sg_copy(SG_N_R, w->segment.P, info->P);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    sg_copy(sg_n_R(w), w->segment.P, info->P);
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         info->contact[k] = w->segment.mode[k];
         info->impacts[k] = w->segment.impacts[k];
         w->trial.contact[k] = w->segment.mode[k];
@@ -315,8 +315,8 @@ static void sg_report(SG(work) * w, SG(info) * info) {
 /* The trial state is the segment's start, wherever forces were looked for. */
 static void sg_go_back(SG(work) * w) {
     if (!w->segment.prepared) {
-        sg_copy(SG_N_Q, w->segment.q, w->trial.q);
-        sg_copy(SG_N_Q, w->segment.v, w->trial.v);
+        sg_copy(sg_n_q(w), w->segment.q, w->trial.q);
+        sg_copy(sg_n_q(w), w->segment.v, w->trial.v);
         w->segment.prepared = 1;
     }
 }
@@ -329,7 +329,7 @@ typedef struct {
     int but, sought, again, events;
 } sg_way;
 
-static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
+static sg_way sg_set_out(SG(work) * w, const SG(part) * s, real h) {
     sg_way way;
     int k;
     way.done = SG_C(0.0);
@@ -339,8 +339,8 @@ static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
     way.events = 0;
     w->segment.h = h;
     w->segment.solves = 0;
-    sg_fill(SG_N_R, SG_C(0.0), w->segment.P);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    sg_fill(sg_n_R(w), SG_C(0.0), w->segment.P);
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.turned[k] = 0;
         w->segment.mode[k] = s->contact[k];
         w->segment.before[k] = s->contact[k];
@@ -350,8 +350,8 @@ static sg_way sg_set_out(SG(work) * w, const SG(state) * s, real h) {
 }
 
 /* One segment of the step, with what happens at its start. */
-static int sg_go_on(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                    const SG(options) * opt, SG(info) * info, const sg_way *way,
+static int sg_go_on(SG(work) * w, const SG(part) * s, const SG(params) * par,
+                    const SG(options) * opt, SG(report) * info, const sg_way *way,
                     sg_happening *event) {
     const int status = sg_enter(w, par, opt, info, s->t + way->done, way->but, way->sought);
     return status == SG_K(OK) ? sg_pass(w, par, opt, info, w->segment.h - way->done, event)
@@ -360,7 +360,7 @@ static int sg_go_on(SG(work) * w, const SG(state) * s, const SG(params) * par,
 
 /* The segment is accepted: take it over, and what its event does. */
 static void sg_accept(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                      SG(info) * info, sg_way *way, const sg_happening *event, int whole) {
+                      SG(report) * info, sg_way *way, const sg_happening *event, int whole) {
     const real h = w->segment.h;
     const real least = SG_C(64.0) * SG_EPS * (SG_FABS(w->segment.t) + h);
     const int ends = event->what == SG_NOTHING;
@@ -381,13 +381,13 @@ static void sg_accept(SG(work) * w, const SG(params) * par, const SG(options) * 
     way->again = 0;
     way->events = w->segment.span > least ? 0 : way->events + 1;
     way->sought = event->what == SG_SLIP_ENDS || event->what == SG_GUARD_TURNS;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < sg_n_contacts(w); ++k) {
         w->segment.before[k] = w->segment.mode[k];
     }
     way->but = ends ? -1 : sg_impose(w, event);
 }
 
-static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+static int sg_locate(SG(work) * w, const SG(part) * s, SG(report) * info, const SG(params) * par,
                      const SG(options) * opt, real h) {
     sg_way way = sg_set_out(w, s, h);
     int events;
@@ -398,7 +398,7 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
         if (status == SG_K(OK)) {
             sg_accept(w, par, opt, info, &way, &event, events == 0);
         } else if (status == SG_K(BAD_ARGUMENT)) {
-            sg_reset_info(info);
+            sg_reset_report(info, sg_n_contacts(w), sg_n_R(w));
             return status;
         } else if (status == SG_K(REJECTED) && !way.again) {
             /* modes that were kept do not go on: seek them */
@@ -409,7 +409,7 @@ static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const S
             sg_go_back(w);
             return sg_capture(w, s, info, par, opt, h, way.done);
         }
-        if (way.events > SG_EVENTS_AT_PLACE * SG_N_CONTACTS) {
+        if (way.events > SG_EVENTS_AT_PLACE * sg_n_contacts(w)) {
             break; /* a contact opens and closes in turn, and the motion does not go on */
         }
     }

@@ -13,15 +13,15 @@ static inline real sg_row_residual(const SG(work) * w, int i) {
 
 /* Residual in units of its tolerance: at most 1 means solved. Not finite values give SG_HUGE. */
 static real sg_residual(const SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_rows = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
     const int relative = opt->scaling != SG_K(SCALING_NONE);
     const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     real sum = SG_C(0.0);
     real worst = SG_C(0.0);
     int i, j;
-    for (i = 0; i < pr->n_x; i += SG_N_Q) {
-        for (j = 0; j < SG_N_Q; ++j) {
+    for (i = 0; i < pr->n_x; i += sg_n_q(w)) {
+        for (j = 0; j < sg_n_q(w); ++j) {
             const real size = SG_FABS(w->r[i + j]);
             sum += size;
             worst = sg_max(worst, relative ? size * w->scales.momentum_inverse[j] : size);
@@ -42,22 +42,22 @@ static real sg_residual(const SG(work) * w, const SG(options) * opt, int problem
 /* Sum of squares of the residual in units of the scales. `stall` receives the residual in units of
    what an iteration may keep that gets no further. */
 static real sg_merit(const SG(work) * w, int problem, real *stall) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_rows = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
     real sum = SG_C(0.0);
     real kept = SG_C(0.0);
     int i;
     for (i = 0; i < pr->n_x; ++i) {
         const real size = SG_FABS(w->r[i]);
         if (size > SG_C(0.0)) {
-            const real share = size * w->scales.momentum_inverse[i % SG_N_Q];
+            const real share = size * w->scales.momentum_inverse[i % sg_n_q(w)];
             kept = sg_max(kept, share / SG_STAGNATION);
             sum += share * share;
         }
     }
     for (i = 0; i < n_rows; ++i) {
         const real scale = sg_max(
-            w->scales.percussion_scale[i % SG_ROWS_OF_SLOT] + w->scales.phi_floor[i], SG_TINY);
+            w->scales.percussion_scale[i % sg_rows_of_slot(w)] + w->scales.phi_floor[i], SG_TINY);
         const real size = sg_row_residual(w, i);
         if (SG_FABS(w->rows.phi[i]) > SG_C(0.0)) {
             kept = sg_max(kept, size / (SG_STAGNATION * scale + SG_BAND * w->scales.rounding[i]));
@@ -72,7 +72,7 @@ static real sg_merit(const SG(work) * w, int problem, real *stall) {
    where dependent contact rows contradict each other (one contact sticks, another wants to move
    it), a small compliance lets their percussions grow until one of them gives way. */
 static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int problem, int soft) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int n = sg_reduce(w, problem, w->system.deficiency == 0);
     int rank, a;
     w->system.left = n;
@@ -99,7 +99,7 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     if (soft && rank < n && sg_is_contradictory(w, opt, n, rank)) {
         sg_percussion_system(w, pr, n);
         for (a = 0; a < n; ++a) {
-            if (w->system.reduced[a] % SG_ROWS_OF_SLOT >= SG_NORMAL) {
+            if (w->system.reduced[a] % sg_rows_of_slot(w) >= sg_first_normal(w)) {
                 w->system.S[a * n + a] += SG_SOFTNESS;
             }
         }
@@ -117,7 +117,7 @@ static inline void sg_rows_at(SG(work) * w, const SG(params) * par, int problem)
 #if SG_N_EXPANDED > 0
     if (w->expansion.expands) {
         int i;
-        for (i = 0; i < SG_N_Q; ++i) {
+        for (i = 0; i < sg_n_q(w); ++i) {
             w->r[i] += w->expansion.momentum[i];
         }
     }
@@ -130,7 +130,7 @@ static inline void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(op
     sg_row_scales(w, opt, problem);
 #if SG_LOCATED
     if (w->segment.held) {
-        sg_held_rows(w, &sg_problems[problem]);
+        sg_held_rows(w, sg_problem_at(w, problem));
         return;
     }
 #endif
@@ -139,26 +139,26 @@ static inline void sg_evaluate(SG(work) * w, const SG(params) * par, const SG(op
 
 /* Move along the Newton direction by the factor alpha from (x_old, lambda_old). */
 static void sg_move(SG(work) * w, int problem, real alpha) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int i;
     for (i = 0; i < pr->n_x; ++i) {
         const int unknown = sg_table[pr->K.order + i];
         w->x[pr->x + unknown] = w->newton.x_old[unknown] + alpha * w->smooth.dx[i];
     }
-    for (i = 0; i < pr->n_slots * SG_N_R; ++i) {
+    for (i = 0; i < pr->n_slots * sg_n_R(w); ++i) {
         w->R[pr->R + i] = w->newton.R_old[i] + alpha * w->newton.dR[i];
     }
 }
 
 /* Take the whole Newton direction. */
 static inline void sg_advance(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const sg_index *order = &sg_table[pr->K.order];
     int i;
     for (i = 0; i < pr->n_x; ++i) {
         w->x[pr->x + order[i]] += w->smooth.dx[i];
     }
-    for (i = 0; i < pr->n_slots * SG_N_R; ++i) {
+    for (i = 0; i < pr->n_slots * sg_n_R(w); ++i) {
         w->R[pr->R + i] += w->newton.dR[i];
     }
 }
@@ -168,7 +168,7 @@ static inline void sg_advance(SG(work) * w, int problem) {
    at its end four times that, since there the checker alone can say. */
 static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                            int problem, int ends, real nearest, real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real rough = ends && pr->gap_slots > 0 ? SG_C(4.0) : SG_C(1.0);
     if (nearest >
             (w->newton.mode == SG_LAST_RESORT ? rough * SG_CHECK / SG_STAGNATION : SG_C(1.0)) ||
@@ -176,7 +176,7 @@ static int sg_keep_nearest(SG(work) * w, const SG(params) * par, const SG(option
         return 0;
     }
     sg_copy(pr->n_x, w->newton.x_best, &w->x[pr->x]);
-    sg_copy(pr->n_slots * SG_N_R, w->newton.R_best, &w->R[pr->R]);
+    sg_copy(pr->n_slots * sg_n_R(w), w->newton.R_best, &w->R[pr->R]);
     sg_evaluate(w, par, opt, problem);
     *measure = sg_residual(w, opt, problem);
     return 1;
@@ -216,13 +216,13 @@ static inline real sg_measure(SG(work) * w, const SG(params) * par, const SG(opt
    falls, at worst take the best of all. Returns the residual there. */
 static real sg_search(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                       real start) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     real best = SG_HUGE;
     real best_alpha = SG_C(1.0);
     real alpha = SG_C(1.0);
     int halving;
     sg_copy(pr->n_x, &w->x[pr->x], w->newton.x_old);
-    sg_copy(pr->n_slots * SG_N_R, &w->R[pr->R], w->newton.R_old);
+    sg_copy(pr->n_slots * sg_n_R(w), &w->R[pr->R], w->newton.R_old);
     for (halving = 0; halving < SG_SEARCHES; ++halving) {
         real measure, merit, stall;
         sg_move(w, problem, alpha);
@@ -246,8 +246,8 @@ static real sg_search(SG(work) * w, const SG(params) * par, const SG(options) * 
    *iterations; on success *measure is the residual in units of its tolerance. */
 static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                      int max_iterations, int search, int *iterations, real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_rows = pr->n_slots * SG_N_R;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
     const int before = *iterations;
     sg_past past;
     real nearest = SG_HUGE;

@@ -9,7 +9,7 @@
 
 /* Start of the path: contacts open, friction elements slipping; w->path.d receives d. */
 static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int slot, c, k;
     w->path.first = pr->R;
     for (c = 0; c < n; ++c) {
@@ -18,11 +18,11 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
         w->path.d[c] = SG_C(0.0);
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
+        const int base = slot * sg_n_R(w);
         sg_bilateral_kinds(w, pr, slot);
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int f = sg_slip_of(0, k);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
+            const int f = sg_slip_of(w, 0, k);
             const int opens = contact->normal >= 0 || contact->presser < 0;
             if (sg_joins(w, pr, k) && contact->components > 1 && turn > 0) {
                 /* once there is a point to go by, it tells the direction of slip */
@@ -30,11 +30,12 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
             }
             if (sg_joins(w, pr, k) && opens) {
                 /* irregular multiples, so that symmetric contacts close one after the other */
-                const int row = contact->normal >= 0 ? SG_NORMAL + contact->normal : f;
+                const int row = contact->normal >= 0 ? sg_first_normal(w) + contact->normal : f;
                 const real push =
                     SG_FABS(w->system.S[(base + row) * (n + 1)]) * w->scales.percussion_scale[row];
-                w->path.d[base + row] = sg_max(push, SG_FABS(w->linear.y_0[base + row])) *
-                                        sg_irregular((slot * SG_N_CONTACTS + k + 1) * (turn + 1));
+                w->path.d[base + row] =
+                    sg_max(push, SG_FABS(w->linear.y_0[base + row])) *
+                    sg_irregular((slot * sg_n_contacts(w) + k + 1) * (turn + 1));
                 if (contact->normal < 0 && contact->components > 0) {
                     w->rows.kind[base + f] = SG_ROW_SLIP;
                     w->rows.slip[base + f] = SG_C(1.0);
@@ -51,7 +52,7 @@ static void sg_path_start(SG(work) * w, const sg_problem *pr, int turn) {
    percussions that are neither zero nor tied to a normal percussion by slip. Returns their number,
    -1 if the matrix is singular. */
 static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     int m = 0;
     int a, b, c, d, k;
     for (c = 0; c < n; ++c) {
@@ -71,13 +72,14 @@ static int sg_path_factor(SG(work) * w, const sg_problem *pr) {
     }
     for (b = 0; b < m; ++b) {
         const int row = w->system.reduced[b];
-        const int base = row - row % SG_ROWS_OF_SLOT;
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const int f = base + SG_SLIP + sg_contacts[k].friction;
-            if (sg_contacts[k].pressing < 0 || row != base + SG_NORMAL + sg_contacts[k].pressing) {
+        const int base = row - row % sg_rows_of_slot(w);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const int f = base + sg_first_slip(w) + sg_contact_at(w, k)->friction;
+            if (sg_contact_at(w, k)->pressing < 0 ||
+                row != base + sg_first_normal(w) + sg_contact_at(w, k)->pressing) {
                 continue;
             }
-            for (d = 0; d < sg_contacts[k].components; ++d) {
+            for (d = 0; d < sg_contact_at(w, k)->components; ++d) {
                 for (a = 0; a < m && w->rows.kind[f + d] == SG_ROW_SLIP; ++a) {
                     w->system.LU[a * m + b] -= sg_coefficient(w, base, k) * w->rows.slip[f + d] *
                                                w->system.S[(f + d) * n + w->system.reduced[a]];
@@ -101,13 +103,13 @@ static void sg_path_solve(SG(work) * w, const sg_problem *pr, int m, const real 
         R[w->system.reduced[a]] = w->system.rhs[a];
     }
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int f = slot * SG_N_R + SG_SLIP + contact->friction;
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
+            const int f = slot * sg_n_R(w) + sg_first_slip(w) + contact->friction;
             for (d = 0; d < contact->components && contact->pressing >= 0; ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
-                    R[f + d] = -sg_coefficient(w, slot * SG_N_R, k) * w->rows.slip[f + d] *
-                               R[slot * SG_N_R + SG_NORMAL + contact->pressing];
+                    R[f + d] = -sg_coefficient(w, slot * sg_n_R(w), k) * w->rows.slip[f + d] *
+                               R[slot * sg_n_R(w) + sg_first_normal(w) + contact->pressing];
                 }
             }
         }
@@ -118,7 +120,7 @@ static void sg_path_solve(SG(work) * w, const sg_problem *pr, int m, const real 
    push, and they do so whatever tau is. Returns tau where the first contact closes, -1 on failure.
  */
 static real sg_path_begin(SG(work) * w, const sg_problem *pr) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     const int m = sg_path_factor(w, pr);
     real tau = SG_C(0.0);
     int a, d, k, slot;
@@ -127,11 +129,13 @@ static real sg_path_begin(SG(work) * w, const sg_problem *pr) {
     }
     sg_fill(n, SG_C(0.0), w->path.R);
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const int f = slot * SG_N_R + SG_SLIP + sg_contacts[k].friction;
-            for (d = 0; d < sg_contacts[k].components && sg_contacts[k].pressing < 0; ++d) {
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const int f = slot * sg_n_R(w) + sg_first_slip(w) + sg_contact_at(w, k)->friction;
+            for (d = 0; d < sg_contact_at(w, k)->components && sg_contact_at(w, k)->pressing < 0;
+                 ++d) {
                 if (w->rows.kind[f + d] == SG_ROW_SLIP) {
-                    w->path.R[f + d] = -sg_path_radius(w, slot * SG_N_R, k) * w->rows.slip[f + d];
+                    w->path.R[f + d] =
+                        -sg_path_radius(w, slot * sg_n_R(w), k) * w->rows.slip[f + d];
                 }
             }
         }
@@ -154,7 +158,7 @@ static real sg_path_begin(SG(work) * w, const sg_problem *pr) {
 
 /* Rates of percussions and rows with tau in the present contact states. */
 static int sg_path_rates(SG(work) * w, const sg_problem *pr) {
-    const int n = pr->n_slots * SG_N_R;
+    const int n = pr->n_slots * sg_n_R(w);
     const int m = sg_path_factor(w, pr);
     if (m < 0) {
         return 0;
@@ -182,10 +186,10 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
     next->contact = 0;
     next->what = SG_OPENS;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int n = sg_normal_of(base, k);
+        const int base = slot * sg_n_R(w);
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
+            const int n = sg_normal_of(w, base, k);
             const int was = last->slot == slot && last->contact == k ? last->what : -1;
             real when[2] = {SG_HUGE, SG_HUGE};
             int what[2] = {SG_OPENS, SG_STICKS};
@@ -212,7 +216,7 @@ static void sg_path_next(const SG(work) * w, const sg_problem *pr, real way, con
 
 /* What a change of state does to the friction of contact k. */
 static void sg_path_friction(SG(work) * w, int base, int k, int what, real way) {
-    const int f = sg_slip_of(base, k);
+    const int f = sg_slip_of(w, base, k);
     const int components = sg_rubbing(w, k);
     int d;
     for (d = 0; d < components; ++d) {
@@ -223,7 +227,7 @@ static void sg_path_friction(SG(work) * w, int base, int k, int what, real way) 
     if (components > 0 && (what == SG_CLOSES || what == SG_SLIPS)) {
         sg_friction_slips(w, base, k, what, way);
     }
-    for (d = 0; d < sg_contacts[k].components && what == SG_OPENS; ++d) {
+    for (d = 0; d < sg_contact_at(w, k)->components && what == SG_OPENS; ++d) {
         w->path.R[f + d] = SG_C(0.0);
     }
 }
@@ -231,25 +235,25 @@ static void sg_path_friction(SG(work) * w, int base, int k, int what, real way) 
 /* Carry out a change of state. A contact that opens or closes takes all friction along that it
    presses. */
 static void sg_path_change(SG(work) * w, const sg_event *event, real way) {
-    const int base = event->slot * SG_N_R;
+    const int base = event->slot * sg_n_R(w);
     int k = event->contact;
     if (event->what == SG_STICKS || event->what == SG_SLIPS) {
         sg_path_friction(w, base, k, event->what, way);
         return;
     }
-    w->rows.kind[sg_normal_of(base, k)] = event->what == SG_OPENS ? SG_ROW_ZERO : SG_ROW_FREE;
+    w->rows.kind[sg_normal_of(w, base, k)] = event->what == SG_OPENS ? SG_ROW_ZERO : SG_ROW_FREE;
     if (event->what == SG_OPENS) {
-        w->path.R[sg_normal_of(base, k)] = SG_C(0.0);
+        w->path.R[sg_normal_of(w, base, k)] = SG_C(0.0);
     }
-    for (; k >= 0; k = sg_contacts[k].next) {
+    for (; k >= 0; k = sg_contact_at(w, k)->next) {
         sg_path_friction(w, base, k, event->what, way);
     }
 }
 
 /* Direction of tau, +1 or -1, in which the quantity of the last change grows; 0: none. */
 static real sg_path_way(const SG(work) * w, const sg_event *last) {
-    const int base = last->slot * SG_N_R;
-    const int n = sg_normal_of(base, last->contact);
+    const int base = last->slot * sg_n_R(w);
+    const int n = sg_normal_of(w, base, last->contact);
     const real rate = last->what == SG_OPENS ? w->path.y_rate[n]
                       : last->what == SG_CLOSES
                           ? w->path.R_rate[n]
@@ -260,9 +264,9 @@ static real sg_path_way(const SG(work) * w, const sg_event *last) {
 /* Follow the path; on success the unknowns are those of the linearised problem. */
 static int sg_path(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                    int turn) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n = pr->n_slots * SG_N_R;
-    const int limit = 8 * pr->n_slots * SG_N_CONTACTS + 16;
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n = pr->n_slots * sg_n_R(w);
+    const int limit = 8 * pr->n_slots * sg_n_contacts(w) + 16;
     real way = SG_C(-1.0);
     sg_event event = {0, -1, SG_OPENS, SG_C(0.0)};
     real tau;

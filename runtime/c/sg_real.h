@@ -100,7 +100,8 @@ typedef SG(real) real;
 #define SG_HELD 5
 #define SG_HOLDING 20
 #define SG_LANDING 5
-#define SG_TURNS (SG_SPATIAL ? 2 : 6)
+#define SG_TURNS 6
+#define SG_SPATIAL_TURNS 2
 #define SG_LAST_TURNS 24
 #define SG_CENTRAL_TURNS 4
 #define SG_SUBSTEP_TURNS 2

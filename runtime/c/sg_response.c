@@ -1,5 +1,5 @@
 #pragma once
-#include "sg_work.h"
+#include "sg_part.h"
 
 /* Velocity of a slot over its gap where one percussion changes both; 0 where there are no gaps.
    Where gaps are closed to their round-off, velocities of the stages are determined no better than
@@ -11,5 +11,5 @@ static inline real sg_slot_rate(const SG(work) * w, const sg_problem *pr, int sl
 
 /* The same for row c of a slot that is no gap: at the end of a step what yields follows its gap. */
 static inline real sg_row_rate(const SG(work) * w, const sg_problem *pr, int slot, int c) {
-    return slot >= pr->gap_slots && sg_yields(c) ? SG_C(2.0) / w->h : sg_slot_rate(w, pr, slot);
+    return slot >= pr->gap_slots && sg_yields(w, c) ? SG_C(2.0) / w->h : sg_slot_rate(w, pr, slot);
 }

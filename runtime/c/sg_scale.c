@@ -9,18 +9,18 @@
 /* Largest velocity of every coordinate in the step. Returns 1 if all are within a factor of two of
    those that the scales were formed with. */
 static int sg_keeps_pace(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int keeps = w->scales.formed;
     int i, j;
-    for (j = 0; j < SG_N_Q; ++j) {
+    for (j = 0; j < sg_n_q(w); ++j) {
         w->scales.now[j] = SG_FABS(w->v[j]);
     }
-    for (i = pr->x; i < pr->x + pr->n_x; i += SG_N_Q) {
-        for (j = 0; j < SG_N_Q; ++j) {
+    for (i = pr->x; i < pr->x + pr->n_x; i += sg_n_q(w)) {
+        for (j = 0; j < sg_n_q(w); ++j) {
             w->scales.now[j] = sg_max(w->scales.now[j], SG_FABS(w->x[i + j]));
         }
     }
-    for (j = 0; j < SG_N_Q; ++j) {
+    for (j = 0; j < sg_n_q(w); ++j) {
         keeps &= w->scales.now[j] <= SG_C(2.0) * w->scales.fastest[j] &&
                  w->scales.fastest[j] <= SG_C(2.0) * w->scales.now[j];
     }
@@ -31,18 +31,19 @@ static int sg_keeps_pace(SG(work) * w, int problem) {
 static void sg_momentum_scales(SG(work) * w) {
     real energetic = SG_C(0.0);
     int i, j, k;
-    for (i = 0; i < SG_N_Q; ++i) {
-        const int last = sg_table[sg_mass.start + i + 1];
+    for (i = 0; i < sg_n_q(w); ++i) {
+        const int last = sg_table[sg_kind_of(w)->mass.start + i + 1];
         real inertial = SG_C(0.0);
-        j = sg_table[sg_mass.order + i];
-        for (k = sg_table[sg_mass.start + i]; k < last; ++k) {
+        j = sg_table[sg_kind_of(w)->mass.order + i];
+        for (k = sg_table[sg_kind_of(w)->mass.start + i]; k < last; ++k) {
             inertial += SG_FABS(w->mass[k]) *
-                        w->scales.pace[sg_table[sg_mass.order + sg_table[sg_mass.index + k]]];
+                        w->scales.pace[sg_table[sg_kind_of(w)->mass.order +
+                                                sg_table[sg_kind_of(w)->mass.index + k]]];
         }
         w->scales.momentum_scale[j] = sg_max(w->masses.momentum[j], inertial);
         energetic = sg_max(energetic, w->scales.momentum_scale[j] / w->masses.root_inertia[j]);
     }
-    for (j = 0; j < SG_N_Q; ++j) {
+    for (j = 0; j < sg_n_q(w); ++j) {
         w->scales.momentum_scale[j] = sg_max(
             w->scales.momentum_scale[j], SG_LEAST_SHARE * energetic * w->masses.root_inertia[j]);
         /* bounded, so that a row without any scale is solved by 0 alone */
@@ -64,14 +65,15 @@ static void sg_scales(SG(work) * w, int problem) {
     }
     w->scales.formed = 1;
     w->scales.floored = 0;
-    sg_copy(SG_N_Q, w->scales.now, w->scales.fastest);
-    sg_copy(SG_N_Q, w->scales.now, w->scales.pace);
+    sg_copy(sg_n_q(w), w->scales.now, w->scales.fastest);
+    sg_copy(sg_n_q(w), w->scales.now, w->scales.pace);
     sg_momentum_scales(w);
-    for (c = 0; c < SG_N_R; ++c) {
-        const int last = sg_table[sg_direction.start + c + 1];
+    for (c = 0; c < sg_n_R(w); ++c) {
+        const int last = sg_table[sg_kind_of(w)->direction.start + c + 1];
         real speed = SG_FABS(w->drift[c]);
-        for (k = sg_table[sg_direction.start + c]; k < last; ++k) {
-            speed += SG_FABS(w->direction[k]) * w->scales.pace[sg_table[sg_direction.index + k]];
+        for (k = sg_table[sg_kind_of(w)->direction.start + c]; k < last; ++k) {
+            speed += SG_FABS(w->direction[k]) *
+                     w->scales.pace[sg_table[sg_kind_of(w)->direction.index + k]];
         }
         w->scales.speed[c] = speed;
         w->scales.gap_floor[c] = SG_FLOOR * (w->masses.reach[c] + w->h * speed);
@@ -82,13 +84,13 @@ static void sg_scales(SG(work) * w, int problem) {
 /* Percussion of row n that moves it as far as that of a rigid row would: what yields pushes less.
  */
 static inline real sg_row_percussion(const SG(work) * w, const sg_problem *pr, int n) {
-    const real rigid = w->scales.percussion_scale[n % SG_ROWS_OF_SLOT];
+    const real rigid = w->scales.percussion_scale[n % sg_rows_of_slot(w)];
     return rigid * sg_max(SG_C(1.0) - w->scales.r_auto[n] * sg_compliance(w, pr->R + n), SG_SMALL);
 }
 
 /* Scales and rounding floors of the percussion rows of one problem. */
 static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real tol = sg_max(opt->tol, SG_C(16.0) * SG_EPS);
     int c, slot;
     sg_scales(w, problem);
@@ -97,14 +99,14 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
     }
     w->scales.floored = problem + 1;
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        for (c = 0; c < SG_N_R; ++c) {
+        for (c = 0; c < sg_n_R(w); ++c) {
             const real rate = sg_row_rate(w, pr, slot, c);
-            const int n = slot * SG_N_R + c;
-            const int gap = sg_is_gap(pr, slot, c);
+            const int n = slot * sg_n_R(w) + c;
+            const int gap = sg_is_gap(w, pr, slot, c);
             const real own = SG_FLOOR * w->scales.percussion_scale[c];
             const real below =
                 own + w->scales.r_auto[n] * w->scales.gap_floor[c] * (gap ? SG_C(1.0) : rate);
-            const real floor = gap || sg_yields(c) ? below : own;
+            const real floor = gap || sg_yields(w, c) ? below : own;
             real tolerance;
             w->scales.rounding[n] = below;
             w->scales.phi_floor[n] = floor;
@@ -117,20 +119,20 @@ static void sg_row_scales(SG(work) * w, const SG(options) * opt, int problem) {
 
 /* Prox parameters of one problem: the inverse response of each row to its own percussion. */
 static void sg_prox_parameters(SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int slot, c;
     for (slot = 0; slot < pr->n_slots; ++slot) {
         const real *response = sg_response[pr->response + slot];
         const real gap = SG_C(1.0) / (w->h * response[0]);
         const real velocity = SG_C(1.0) / response[1];
-        for (c = 0; c < SG_N_R; ++c) {
-            const int k = slot * SG_N_R + c;
-            w->scales.r_auto[k] = w->masses.m_eff[c] * (sg_is_gap(pr, slot, c) ? gap : velocity);
+        for (c = 0; c < sg_n_R(w); ++c) {
+            const int k = slot * sg_n_R(w) + c;
+            w->scales.r_auto[k] = w->masses.m_eff[c] * (sg_is_gap(w, pr, slot, c) ? gap : velocity);
             w->scales.r_auto[k] /= SG_C(1.0) + w->scales.r_auto[k] * sg_compliance(w, pr->R + k);
             w->scales.prox_r[k] = w->scales.r_auto[k];
-            if (opt->r > SG_C(0.0) && c >= SG_NORMAL) {
+            if (opt->r > SG_C(0.0) && c >= sg_first_normal(w)) {
                 /* the user's, with the shape of the set of friction */
-                const int axis = c - SG_SLIP;
+                const int axis = c - sg_first_slip(w);
                 w->scales.prox_r[k] =
                     axis < 0 ? opt->r : sg_times_axis(w, axis, sg_times_axis(w, axis, opt->r));
             }

@@ -9,11 +9,11 @@
 static int sg_check_modes(const SG(work) * w, const sg_problem *pr, int problem,
                           const sg_solved *at, const sg_limit *limit) {
     int d, k;
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const sg_contact *contact = &sg_contacts[k];
-        const int n = SG_NORMAL + contact->normal;
-        const int f = SG_SLIP + contact->friction;
-        const int gap = contact->normal >= 0 && sg_is_gap(pr, at->slot, n);
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        const sg_contact *contact = sg_contact_at(w, k);
+        const int n = sg_first_normal(w) + contact->normal;
+        const int f = sg_first_slip(w) + contact->friction;
+        const int gap = contact->normal >= 0 && sg_is_gap(w, pr, at->slot, n);
         if (contact->normal >= 0 &&
             (sg_holds(w, k)
                  ? !sg_small(at->y[n], gap ? w->h * w->scales.speed[n] : w->scales.speed[n],
@@ -33,7 +33,7 @@ static int sg_check_modes(const SG(work) * w, const sg_problem *pr, int problem,
             }
         } else {
             /* on the boundary of its set; that it opposes the slip is asked of the whole segment */
-            const real radius = sg_radius(w, at->slot * SG_N_R, k, &w->R[pr->R]);
+            const real radius = sg_radius(w, at->slot * sg_n_R(w), k, &w->R[pr->R]);
             const real size = sg_friction_size(w, k, &at->R[f]);
             if (!sg_small(size - SG_FABS(radius), sg_max(w->scales.percussion_scale[f], size),
                           SG_C(0.0), limit)) {
@@ -46,7 +46,7 @@ static int sg_check_modes(const SG(work) * w, const sg_problem *pr, int problem,
 
 /* 1 if the segment is solved. */
 static int sg_check_segment(SG(work) * w, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const sg_limit limit = sg_limits(opt);
     int slot;
     sg_keep_rows(w, problem);
@@ -66,24 +66,24 @@ static int sg_check_segment(SG(work) * w, const SG(options) * opt, int problem) 
 /* Start of a problem of a segment of size h: velocities move on with the accelerations at its
    start, percussions are what acts there. */
 static void sg_guess(SG(work) * w, int problem, real h) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real part = h / w->segment.h;
-    const int stages = problem == SG_SEGMENT ? SG_N_DENSE : pr->n_x / SG_N_Q;
+    const int stages = problem == SG_SEGMENT ? SG_N_DENSE : pr->n_x / sg_n_q(w);
     const int parts = stages > 1 ? stages - 1 : 1;
     int i, c;
     for (i = 0; i < pr->n_x; ++i) {
-        int stage = i / SG_N_Q;
+        int stage = i / sg_n_q(w);
         real share;
         stage = stage < stages ? stage : stage - stages + 1; /* U^i behind V^i */
         share = stages > 1 ? (real)stage / (real)parts : SG_C(1.0);
-        w->x[pr->x + i] = w->v[i % SG_N_Q];
+        w->x[pr->x + i] = w->v[i % sg_n_q(w)];
         if (w->segment.known) {
-            w->x[pr->x + i] += part * share * w->segment.acceleration[i % SG_N_Q];
+            w->x[pr->x + i] += part * share * w->segment.acceleration[i % sg_n_q(w)];
         }
     }
     for (i = 0; i < pr->n_slots; ++i) {
-        for (c = 0; c < SG_N_R; ++c) {
-            w->R[pr->R + i * SG_N_R + c] =
+        for (c = 0; c < sg_n_R(w); ++c) {
+            w->R[pr->R + i * sg_n_R(w) + c] =
                 w->segment.known ? part * w->segment.force[c] : SG_C(0.0);
         }
     }
@@ -91,9 +91,9 @@ static void sg_guess(SG(work) * w, int problem, real h) {
 
 /* Percussions of rows that are off are zero, exactly. */
 static void sg_leave_off(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int i;
-    for (i = 0; i < pr->n_slots * SG_N_R; ++i) {
+    for (i = 0; i < pr->n_slots * sg_n_R(w); ++i) {
         if (w->rows.kind[i] == SG_ROW_ZERO) {
             w->R[pr->R + i] = SG_C(0.0);
         }
@@ -102,7 +102,7 @@ static void sg_leave_off(SG(work) * w, int problem) {
 
 /* Solve one problem of the segment from where its unknowns are. */
 static int sg_solve_held(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                         SG(info) * info, int problem) {
+                         SG(report) * info, int problem) {
     real measure = SG_HUGE;
     int status;
     sg_prox_parameters(w, opt, problem);
@@ -124,14 +124,14 @@ static void sg_say_given(SG(work) * w, real h) {
     const real part = h / w->segment.h;
     int c, d, k;
     sg_say_shares(w, part);
-    for (c = 0; c < SG_N_GAMMA; ++c) {
-        w->given[c] = part * w->segment.force[SG_N_G + c];
+    for (c = 0; c < sg_n_gamma(w); ++c) {
+        w->given[c] = part * w->segment.force[sg_n_g(w) + c];
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        for (d = 0; d < sg_contacts[k].components; ++d) {
-            const int f = sg_contacts[k].friction + d;
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        for (d = 0; d < sg_contact_at(w, k)->components; ++d) {
+            const int f = sg_contact_at(w, k)->friction + d;
             if (sg_rubs(w, k) && !sg_slips_in(w->segment.mode[k])) {
-                w->given[SG_N_GAMMA + f] = part * w->segment.force[SG_SLIP + f];
+                w->given[sg_n_gamma(w) + f] = part * w->segment.force[sg_first_slip(w) + f];
             }
         }
     }
@@ -140,7 +140,7 @@ static void sg_say_given(SG(work) * w, real h) {
 /* 1 if the last step was one segment of this size in the same modes, so that it predicts this one.
  */
 static int sg_is_predicted(const SG(work) * w, real h) {
-    const SG(state) *s = &w->trial;
+    const SG(part) *s = &w->trial;
     return s->warm && s->h_guess == h && s->segment == 1 + w->segment.rubs;
 }
 
@@ -148,7 +148,7 @@ static int sg_is_predicted(const SG(work) * w, real h) {
 static void sg_resize(SG(work) * w, real h) {
     int i;
     w->h = h;
-    for (i = 0; i < SG_N_Q; ++i) {
+    for (i = 0; i < sg_n_q(w); ++i) {
         w->masses.momentum[i] = sg_max(SG_FABS(w->p[i]), h * w->force_size[i]);
     }
     w->scales.formed = 0;
@@ -157,7 +157,7 @@ static void sg_resize(SG(work) * w, real h) {
 /* Solve the segment of size h from the trial state, where the step has been prepared. `again`: from
    the solution of a segment of size `again` from the same start. */
 static int sg_solve_segment(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                            SG(info) * info, real h, real again) {
+                            SG(report) * info, real h, real again) {
     const int first = w->segment.rubs ? SG_SEGMENT : 0;
     const int last = w->segment.rubs ? SG_SEGMENT : SG_N_CHAIN - 1;
     const int warm = sg_is_predicted(w, h);
@@ -170,13 +170,13 @@ static int sg_solve_segment(SG(work) * w, const SG(params) * par, const SG(optio
     w->newton.mode = SG_FIRST_ATTEMPT;
     sg_say_given(w, h);
     for (problem = first; problem <= last && status == SG_K(OK); ++problem) {
-        const sg_problem *pr = &sg_problems[problem];
+        const sg_problem *pr = sg_problem_at(w, problem);
         if (again > SG_C(0.0)) {
             for (i = 0; i < pr->n_x; ++i) {
-                const real v = w->v[i % SG_N_Q];
+                const real v = w->v[i % sg_n_q(w)];
                 w->x[pr->x + i] = v + (w->x[pr->x + i] - v) * (h / again);
             }
-            for (i = 0; i < pr->n_slots * SG_N_R; ++i) {
+            for (i = 0; i < pr->n_slots * sg_n_R(w); ++i) {
                 w->R[pr->R + i] *= h / again;
             }
         } else if (warm) {
@@ -201,7 +201,7 @@ static int sg_solve_segment(SG(work) * w, const SG(params) * par, const SG(optio
         }
         w->segment.span = h;
         sg_keep_dense(w, last);
-        status = sg_all_finite(SG_N_Q, w->q_end) && sg_all_finite(SG_N_Q, w->v_end)
+        status = sg_all_finite(sg_n_q(w), w->q_end) && sg_all_finite(sg_n_q(w), w->v_end)
                      ? SG_K(OK)
                      : SG_K(NONFINITE);
     }

@@ -5,7 +5,7 @@
    nearer. */
 static void sg_settle(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
                       int limit, int *iterations) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     real past = SG_HUGE;
     int round;
     for (round = 0; round < limit; ++round) {

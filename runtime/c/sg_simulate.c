@@ -1,5 +1,6 @@
 #pragma once
 #include "sg_notes.c"
+#include "sg_islands.c"
 #include "sg_step.c"
 
 /* Start, many steps, and the evaluation of one problem at given unknowns. */
@@ -10,10 +11,10 @@ static int sg_is_consistent(real value, real size) {
     return SG_FABS(value) <= SG_STAGNATION * size + SG_C(64.0) * SG_EPS;
 }
 
-/* Position constraints and gaps of existing contacts at the start. */
-static int sg_check_places(const SG(consistency) * at) {
+/* Position constraints and gaps of existing contacts of a part at the start. */
+static int sg_check_places(const sg_kind *kind, const SG(consistency) * at) {
     int c, k;
-    for (c = 0; c < SG_N_G; ++c) {
+    for (c = 0; c < kind->n_g; ++c) {
         if (!sg_finite(at->value[c])) {
             return SG_K(NONFINITE);
         }
@@ -21,12 +22,13 @@ static int sg_check_places(const SG(consistency) * at) {
             return SG_K(INCONSISTENT_START);
         }
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        const int n = SG_NORMAL + sg_contacts[k].normal;
+    for (k = 0; k < kind->n_contacts; ++k) {
+        const sg_contact *contact = &kind->contacts[k];
+        const int n = kind->n_g + kind->n_gamma + contact->normal;
         if (!sg_finite(at->guard[k])) {
             return SG_K(NONFINITE);
         }
-        if (sg_contacts[k].normal >= 0 && !(sg_contacts[k].guarded && at->guard[k] < SG_C(0.0))) {
+        if (contact->normal >= 0 && !(contact->guarded && at->guard[k] < SG_C(0.0))) {
             if (!sg_finite(at->value[n])) {
                 return SG_K(NONFINITE);
             }
@@ -39,9 +41,9 @@ static int sg_check_places(const SG(consistency) * at) {
 }
 
 /* Velocity constraints and the velocities of position constraints at the start. */
-static int sg_check_rates(const SG(consistency) * at) {
+static int sg_check_rates(const sg_kind *kind, const SG(consistency) * at) {
     int c;
-    for (c = 0; c < SG_NORMAL; ++c) {
+    for (c = 0; c < kind->n_g + kind->n_gamma; ++c) {
         if (!sg_finite(at->value[c])) {
             return SG_K(NONFINITE);
         }
@@ -52,20 +54,43 @@ static int sg_check_rates(const SG(consistency) * at) {
     return SG_K(OK);
 }
 
-int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, real t0,
-             const real q0[], const real v0[]) {
+/* Whether a run may start with a part of one kind at (t, q, v). */
+static int sg_check_start(int kind, const SG(params) * par, real t, const real q[],
+                          const real v[]) {
     SG(consistency) at;
     int status;
+    SG(part_places)(kind, t, q, par, &at);
+    status = sg_check_places(&sg_kinds[kind], &at);
+    if (status == SG_K(OK)) {
+        SG(part_rates)(kind, t, q, v, par, &at);
+        status = sg_check_rates(&sg_kinds[kind], &at);
+    }
+    return status;
+}
+
+int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, real t0,
+             const real q0[], const real v0[]) {
+    int status = SG_K(OK);
+#if SG_N_PARTS > 1
+    real q[SG_MOST_Q], v[SG_MOST_Q];
+    int j, part;
+#endif
     if (s == NULL || par == NULL || opt == NULL || q0 == NULL || v0 == NULL || !sg_finite(t0) ||
         !sg_all_finite(SG_N_Q, q0) || !sg_all_finite(SG_N_Q, v0) || !sg_are_options(opt)) {
         return SG_K(BAD_ARGUMENT);
     }
-    SG(evaluate_places)(t0, q0, par, &at);
-    status = sg_check_places(&at);
-    if (status == SG_K(OK)) {
-        SG(evaluate_rates)(t0, q0, v0, par, &at);
-        status = sg_check_rates(&at);
+#if SG_N_PARTS > 1
+    for (part = 0; part < SG_N_PARTS && status == SG_K(OK); ++part) {
+        const int *at = sg_coordinates_of(part);
+        for (j = 0; j < sg_kinds[sg_parts[part].kind].n_q; ++j) {
+            q[j] = q0[at[j]];
+            v[j] = v0[at[j]];
+        }
+        status = sg_check_start(sg_parts[part].kind, par, t0, q, v);
     }
+#else
+    status = sg_check_start(0, par, t0, q0, v0);
+#endif
     return status == SG_K(OK) ? SG(set_state)(s, t0, q0, v0) : status;
 }
 
@@ -81,8 +106,8 @@ static void sg_note(const SG(record) * to, const sg_before *before, real t, real
     int d, k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         const sg_contact *contact = &sg_contacts[k];
-        const int kind = sg_event_kind(before->contact[k], info->contact[k], info->impacts[k],
-                                       w->found.exists[k]);
+        const int kind =
+            sg_event_kind(before->contact[k], info->contact[k], info->impacts[k], sg_exists(w, k));
         if (kind < 0) {
             continue;
         }
@@ -135,17 +160,6 @@ static void sg_count(int *counts, int first, const SG(info) * info) {
 #endif
 }
 
-/* 1 if the stages in the work struct are those of the whole step. */
-static int sg_has_stages(const SG(state) * s, const SG(info) * info) {
-#if SG_LOCATED
-    return info->substeps == 0 &&
-           (!s->located || info->captured == 2 || (s->segment == 1 && info->n_events == 0));
-#else
-    (void)s;
-    return info->substeps == 0;
-#endif
-}
-
 /* Row `row` of the record after a step; `first`: it is the first step of the row. */
 static void sg_record(const SG(record) * to, long row, int first, const SG(state) * s,
                       const SG(work) * w, const SG(info) * info) {
@@ -180,8 +194,7 @@ static void sg_record(const SG(record) * to, long row, int first, const SG(state
         real *stage_q = &to->stage_q[row * SG_N_STAGES * SG_N_Q];
         real *stage_v = &to->stage_v[row * SG_N_STAGES * SG_N_Q];
         real *stage_R = &to->stage_R[row * SG_N_STAGES * SG_N_R];
-        SG(stages)(w, stage_t, stage_q, stage_v, stage_R);
-        if (!sg_has_stages(s, info)) {
+        if (!sg_give_stages(s, w, info, stage_t, stage_q, stage_v, stage_R)) {
             /* those of the last part are not those of the step */
             sg_fill(SG_N_STAGES, SG_NAN, stage_t);
             sg_fill(SG_N_STAGES * SG_N_Q, SG_NAN, stage_q);
@@ -204,7 +217,7 @@ static void sg_remember_before(sg_before *before, const SG(record) * to, const S
     for (k = 0; k < SG_N_CONTACTS; ++k) {
         before->contact[k] = s->contact[k];
     }
-    before->energy = sg_wanted(to) ? SG(energy_at)(s->t, s->q, s->v, par) : SG_C(0.0);
+    before->energy = sg_wanted(to) ? sg_energy_at(s->t, s->q, s->v, par) : SG_C(0.0);
 }
 
 /* A step that was taken goes into row `row` of the record. */
@@ -214,7 +227,7 @@ static void sg_record_step(const SG(record) * to, long row, int first, const sg_
     const int wanted = sg_wanted(to);
     sg_record(to, row, first, s, w, info);
     if (wanted) {
-        const real energy = SG(energy_at)(s->t, s->q, s->v, par);
+        const real energy = sg_energy_at(s->t, s->q, s->v, par);
         if (to->energy != NULL) {
             real *range = &to->energy[2 * row];
             range[0] = first ? energy : sg_min(range[0], energy);
@@ -260,22 +273,18 @@ int SG(simulate)(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) 
     return SG_K(OK);
 }
 
-int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                const real u[], real h, int problem, const real x[], const real R[]) {
-    SG(info) info;
-    int j, k;
-    if (s == NULL || w == NULL || par == NULL || opt == NULL || x == NULL || R == NULL ||
-        problem < 0 || problem >= SG_N_PROBLEMS || !(h > SG_C(0.0)) || (SG_N_U > 0 && u == NULL)) {
-        return SG_K(BAD_ARGUMENT);
-    }
-    sg_reset_info(&info);
+/* Residual and Jacobian of a problem of the part at hand, from its state *s. */
+static int sg_evaluate_problem(const SG(part) * s, SG(work) * w, const SG(params) * par,
+                               const SG(options) * opt, real h, int problem, const real x[],
+                               const real R[]) {
+    const sg_problem *last = sg_problem_at(w, SG_N_PROBLEMS - 1);
+    SG(report) info;
+    int k;
+    sg_reset_report(&info, sg_n_contacts(w), sg_n_R(w));
     w->newton.mode = SG_FIRST_ATTEMPT;
     w->smooth.pivoting = 0;
-    sg_copy(SG_N_X_TOTAL, x, w->x);
-    sg_copy(SG_N_ROWS_TOTAL, R, w->R);
-    for (j = 0; j < SG_N_U; ++j) {
-        w->u[j] = u[j];
-    }
+    sg_copy(last->x + last->n_x, x, w->x);
+    sg_copy(last->R + last->n_slots * sg_n_R(w), R, w->R);
     w->trial = *s;
     sg_begin(w, par, s->t, h);
     if (!sg_elliptic_begin(w)) {
@@ -284,23 +293,50 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     if (!sg_masses(w)) {
         return SG_K(SINGULAR);
     }
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
-        w->found.exists[k] = !sg_contacts[k].guarded || w->guard[k] >= SG_C(0.0);
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        w->found.exists[k] = !sg_contact_at(w, k)->guarded || w->guard[k] >= SG_C(0.0);
         w->found.active[k] = w->found.exists[k];
     }
 #if SG_LOCATED
     w->segment.held = 0;
     w->look_t = s->t;
-    sg_copy(SG_N_Q, s->q, w->look_q);
-    sg_copy(SG_N_Q, s->v, w->look_v);
+    sg_copy(sg_n_q(w), s->q, w->look_q);
+    sg_copy(sg_n_q(w), s->v, w->look_v);
 #endif
     for (k = problem < SG_N_CHAIN ? 0 : problem; k <= problem; ++k) {
         sg_prox_parameters(w, opt, k);
         sg_evaluate(w, par, opt, k);
-        if (k < problem && sg_problems[k + 1].follows) {
+        if (k < problem && sg_problem_at(w, k + 1)->follows) {
             sg_activity(w, opt, &info, k);
         }
     }
     SG(derivatives)(w, par, problem);
     return SG_K(OK);
+}
+
+#if SG_N_PARTS > 1
+int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                const real u[], real h, int part, int problem, const real x[], const real R[]) {
+#else
+int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                const real u[], real h, int problem, const real x[], const real R[]) {
+#endif
+    int j;
+    if (s == NULL || w == NULL || par == NULL || opt == NULL || x == NULL || R == NULL ||
+        problem < 0 || problem >= SG_N_PROBLEMS || !(h > SG_C(0.0)) || (SG_N_U > 0 && u == NULL)) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    for (j = 0; j < SG_N_U; ++j) {
+        w->u[j] = u[j];
+    }
+#if SG_N_PARTS > 1
+    if (part < 0 || part >= SG_N_PARTS) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    w->next[part] = s->part[part];
+    sg_enter_part(w, s, &w->next[part], part);
+    return sg_evaluate_problem(&w->next[part], w, par, opt, h, problem, x, R);
+#else
+    return sg_evaluate_problem(s, w, par, opt, h, problem, x, R);
+#endif
 }

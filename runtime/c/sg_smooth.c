@@ -1,6 +1,6 @@
 #pragma once
 #include "sg_linalg.c"
-#include "sg_work.h"
+#include "sg_part.h"
 
 /* The linear system of one problem: velocities dx, and bilateral percussions where their rows are
    independent. Vectors stand in elimination order: n_x velocities, then n_border - n_x percussions,
@@ -10,18 +10,18 @@
    (w->smooth.bordered). Rows are exchanged where pivots on the diagonal are too small or `pivoting`
    says so. Returns 0 if the block of the velocities is singular or not finite. */
 static int sg_factor_smooth(SG(work) * w, int problem, int border) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const int n_x = pr->n_x;
     int k;
     for (k = 0; k < n_x; ++k) {
-        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[pr->K.order + k] % SG_N_Q];
+        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[pr->K.order + k] % sg_n_q(w)];
     }
     w->smooth.bordered = 0;
     w->smooth.exchanged = w->smooth.pivoting || !SG(eliminate)(w, problem, 0);
     if (w->smooth.exchanged) {
         for (k = 0; k < n_x; ++k) {
             w->smooth.pivot_scale[k] =
-                SG_C(1.0) / w->masses.root_inertia[sg_table[pr->K.order + k] % SG_N_Q];
+                SG_C(1.0) / w->masses.root_inertia[sg_table[pr->K.order + k] % sg_n_q(w)];
         }
         sg_expand(n_x, &pr->K, w->K, w->smooth.full);
         return sg_lu_factor(n_x, w->smooth.full, w->smooth.pivot_scale, w->smooth.perm);
@@ -39,7 +39,7 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
 
 /* b := K^-1 b, where b is zero before `first`. */
 static void sg_solve_smooth(const SG(work) * w, int problem, int first, real *b) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     if (w->smooth.exchanged) {
         sg_lu_solve(pr->n_x, w->smooth.full, w->smooth.perm, b);
     } else if (w->smooth.bordered) {
@@ -71,7 +71,7 @@ static inline int sg_first_answer(const sg_problem *pr, int k) {
    sign. */
 static inline void sg_answer(const SG(work) * w, int problem, int k, int tied, real share,
                              real *z) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int first = sg_first_answer(pr, k);
     sg_fill(pr->n_border, SG_C(0.0), z);
     sg_add_row(&pr->B, w->B, k, SG_C(1.0), z);

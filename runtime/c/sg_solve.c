@@ -10,17 +10,17 @@
 /* Cold start: velocities of the step's start, no percussions. After a position problem the
    percussions of the whole step start from the mean of its slots. */
 static void sg_cold_start(SG(work) * w, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int i, c, slot;
     for (i = 0; i < pr->n_x; ++i) {
-        w->x[pr->x + i] = w->v[i % SG_N_Q];
+        w->x[pr->x + i] = w->v[i % sg_n_q(w)];
     }
-    sg_fill(pr->n_slots * SG_N_R, SG_C(0.0), &w->R[pr->R]);
+    sg_fill(pr->n_slots * sg_n_R(w), SG_C(0.0), &w->R[pr->R]);
     if (pr->follows == 1) {
-        const sg_problem *before = &sg_problems[problem - 1];
+        const sg_problem *before = sg_problem_at(w, problem - 1);
         for (slot = 0; slot < before->n_slots; ++slot) {
-            for (c = 0; c < SG_N_R; ++c) {
-                w->R[pr->R + c] += w->R[before->R + slot * SG_N_R + c] / (real)before->n_slots;
+            for (c = 0; c < sg_n_R(w); ++c) {
+                w->R[pr->R + c] += w->R[before->R + slot * sg_n_R(w) + c] / (real)before->n_slots;
             }
         }
     }
@@ -28,24 +28,24 @@ static void sg_cold_start(SG(work) * w, int problem) {
 
 /* Start from the prediction in the state. Percussions that are one of several stay as they are:
    their differences are of the choice, not of the motion. */
-static void sg_warm_start(SG(work) * w, const SG(state) * s, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+static void sg_warm_start(SG(work) * w, const SG(part) * s, int problem) {
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real first = s->order > 0 ? SG_C(1.0) : SG_C(0.0);
     const real second = s->order > 1 ? SG_C(1.0) : SG_C(0.0);
     const int stay = s->choice[problem] != SG_UNIQUE;
     int i;
     for (i = pr->x; i < pr->x + pr->n_x; ++i) {
-        w->x[i] = s->order < 0 ? w->v[(i - pr->x) % SG_N_Q]
+        w->x[i] = s->order < 0 ? w->v[(i - pr->x) % sg_n_q(w)]
                                : s->x[i] + first * s->x_1[i] + second * s->x_2[i];
     }
-    for (i = pr->R; i < pr->R + pr->n_slots * SG_N_R; ++i) {
+    for (i = pr->R; i < pr->R + pr->n_slots * sg_n_R(w); ++i) {
         const real change = first * s->R_1[i] + second * s->R_2[i];
         w->R[i] = s->R[i] + (stay ? SG_C(0.0) : change);
     }
 }
 
 /* Iterations for an attempt: `wish`, unless fewer are left. */
-static int sg_budget(const SG(info) * info, int end, int wish) {
+static int sg_budget(const SG(report) * info, int end, int wish) {
     const int left = end - info->iterations;
     return left < wish ? left : wish;
 }
@@ -55,7 +55,7 @@ static int sg_budget(const SG(info) * info, int end, int wish) {
 static int sg_ended_here(const SG(work) * w, int n_rows, unsigned long *ends, int *count) {
     const unsigned long here = sg_fingerprint(w, n_rows);
     int k;
-    for (k = 0; k < *count && !SG_SPATIAL; ++k) {
+    for (k = 0; k < *count && !sg_is_spatial(w); ++k) {
         if (ends[k] == here) {
             return 1;
         }
@@ -67,7 +67,7 @@ static int sg_ended_here(const SG(work) * w, int n_rows, unsigned long *ends, in
 
 /* Guess that contacts that touch at the start stick and hold everything. */
 static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     sg_fill(pr->n_x, SG_C(0.0), &w->x[pr->x]);
     sg_evaluate(w, par, opt, problem);
     sg_say_held(w, pr);
@@ -75,23 +75,28 @@ static void sg_hold(SG(work) * w, const SG(params) * par, const SG(options) * op
 
 /* Newton's method from where a rescue arrived, first in the contact states that it found: there,
    where percussions are not unique, some within all cones are sought. */
-static int sg_land(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+static int sg_land(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(report) * info,
                    int problem, int held, int end, real *measure) {
     const int last = info->iterations + sg_budget(info, end, held);
     int outside = 1;
     while (outside > 0 && info->iterations < last) {
         sg_settle(w, par, opt, problem, sg_budget(info, last, SG_HELD), &info->iterations);
-        outside = sg_into_cones(w, &sg_problems[problem]);
+        outside = sg_into_cones(w, sg_problem_at(w, problem));
     }
     return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_LANDING), 0, &info->iterations,
                      measure);
 }
 
+/* Paths that are followed in one problem at first. */
+static inline int sg_turns(const SG(work) * w) {
+    return sg_is_spatial(w) ? SG_SPATIAL_TURNS : SG_TURNS;
+}
+
 /* Contact states along paths number `turn` to `turns` - 1, each linearised where the one before
    led; Newton's method in those that are new and from there. */
-static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
-                     int problem, int turn, int turns, int end, real *measure) {
-    const int n_rows = sg_problems[problem].n_slots * SG_N_R;
+static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                     SG(report) * info, int problem, int turn, int turns, int end, real *measure) {
+    const int n_rows = sg_problem_at(w, problem)->n_slots * sg_n_R(w);
     unsigned long ends[SG_LAST_TURNS];
     int status = SG_K(NOT_CONVERGED);
     int count = 0;
@@ -112,9 +117,9 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
 #if SG_SPATIAL
 /* The same along at most `turns` central paths, each linearised where the one before ended. */
 static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                             SG(info) * info, int problem, int turns, int end, real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
-    const int n_rows = pr->n_slots * SG_N_R;
+                             SG(report) * info, int problem, int turns, int end, real *measure) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
     int status = SG_K(NOT_CONVERGED);
     int turn;
     for (turn = 0; turn < turns && info->iterations < end; ++turn) {
@@ -139,7 +144,7 @@ static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(opti
 #if SG_SEARCHED
 /* Newton's method from the cold start, at first in the contact states that are said. */
 static int sg_from_states(SG(work) * w, const SG(params) * par, const SG(options) * opt,
-                          SG(info) * info, int problem, int end, real *measure) {
+                          SG(report) * info, int problem, int end, real *measure) {
     sg_cold_start(w, problem);
     sg_leave_out(w, problem);
     sg_settle(w, par, opt, problem, sg_budget(info, end, SG_SAID), &info->iterations);
@@ -149,9 +154,9 @@ static int sg_from_states(SG(work) * w, const SG(params) * par, const SG(options
 
 /* All contact states, each from the cold start: at first those that are the same in all slots.
    From where the last search in this problem of the step ended. */
-static int sg_seek(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(info) * info,
+static int sg_seek(SG(work) * w, const SG(params) * par, const SG(options) * opt, SG(report) * info,
                    int problem, int end, real *measure) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     int status = SG_K(NOT_CONVERGED);
     int *apart = &w->found.apart[problem];
     int *said = &w->found.said[problem];
@@ -191,9 +196,9 @@ enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
    few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
-    const int searched = sg_is_searched(w, &sg_problems[problem]);
-    const int ahead =
-        effort == SG_AGAIN && problem + 1 == w->found.stuck && sg_problems[w->found.stuck].follows;
+    const int searched = sg_is_searched(w, sg_problem_at(w, problem));
+    const int ahead = effort == SG_AGAIN && problem + 1 == w->found.stuck &&
+                      sg_problem_at(w, w->found.stuck)->follows;
     switch (attempt) {
         case SG_HOLD:
             return stuck || ahead;
@@ -202,9 +207,9 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
         case SG_WARM_START:
             return warm && !stuck;
         case SG_FOLLOW_ON:
-            return !SG_SPATIAL && effort != SG_SUBSTEP && !stuck && !searched;
+            return !sg_is_spatial(w) && effort != SG_SUBSTEP && !stuck && !searched;
         case SG_FOLLOW_CENTRAL:
-            return SG_SPATIAL && !stuck;
+            return sg_is_spatial(w) && !stuck;
         default:
             return !stuck;
     }
@@ -212,9 +217,8 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
 
 /* One attempt at a problem from its own start. No more iterations begin once info.iterations has
    reached `end`. */
-static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                  const SG(options) * opt, SG(info) * info, int problem, int attempt, int effort,
-                  int end, real *measure) {
+static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, const SG(options) * opt,
+                  SG(report) * info, int problem, int attempt, int effort, int end, real *measure) {
     /* of the first half of the iterations something is left for what comes after more paths */
     const int half = opt->max_iterations / 2;
     const int on = effort == SG_WHOLE && half < end ? half : end;
@@ -230,10 +234,10 @@ static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
             sg_hold(w, par, opt, problem);
             return sg_land(w, par, opt, info, problem, SG_HOLDING, end, measure);
         case SG_FOLLOW:
-            return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
+            return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : sg_turns(w),
                              end, measure);
         case SG_FOLLOW_ON:
-            return sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, measure);
+            return sg_follow(w, par, opt, info, problem, sg_turns(w), SG_LAST_TURNS, on, measure);
 #if SG_SEARCHED
         case SG_SEEK:
             return sg_seek(w, par, opt, info, problem, on, measure);
@@ -252,8 +256,8 @@ static int sg_try(SG(work) * w, const SG(state) * s, const SG(params) * par,
 
 /* Solve one problem: from the warm start if there is one, from a cold start, along paths. No
    attempt begins once info.iterations has reached `end`. */
-static int sg_solve(SG(work) * w, const SG(state) * s, const SG(params) * par,
-                    const SG(options) * opt, SG(info) * info, int problem, int warm, int effort,
+static int sg_solve(SG(work) * w, const SG(part) * s, const SG(params) * par,
+                    const SG(options) * opt, SG(report) * info, int problem, int warm, int effort,
                     int end) {
     static const int rescue[SG_ATTEMPTS] = {SG_PATH,         0,      SG_COLD, SG_PATH, SG_PATH,
                                             SG_CENTRAL_PATH, SG_PATH};

@@ -1,11 +1,20 @@
 #pragma once
-#include "sg_real.h"
+#include "sg_shares.c"
 
 /* The largest stable step, estimated at a state: below the first step size at which the scheme
    amplifies the fastest linear oscillation of the model, with stiffness and inertia as they are
    there. */
 
-static void SG(bilateral_directions)(real t, const real q[], const SG(params) * par, real out[]);
+static void SG(part_p_v)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+                         real out[]);
+static void SG(part_L_q_q)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+                           real out[]);
+static void SG(part_f_q)(int kind, real t, const real q[], const real v[], const real u[],
+                         const SG(params) * par, real out[]);
+static void SG(part_WR_q)(int kind, real t, const real q[], const real R[], const SG(params) * par,
+                          real out[]);
+static void SG(part_bilateral_directions)(int kind, real t, const real q[], const SG(params) * par,
+                                          real out[]);
 
 /* L of M = L L^T in place, by rows. Returns 0 if M is not positive definite. */
 static int sg_cholesky(int n, real *M) {
@@ -125,62 +134,94 @@ static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, r
     return value - shift;
 }
 
-real SG(stable_step)(const SG(params) * par, real t, const real q[], const real v[], const real u[],
-                     const real force[], real scratch[]) {
-    real *M = scratch;
-    real *K = &scratch[SG_N_Q * SG_N_Q];
-    real *part = &scratch[2 * SG_N_Q * SG_N_Q];
-    real *Q = part; /* the parts of K are added up before */
-    real *x = &scratch[SG_STABLE - 2 * SG_N_Q];
-    real *y = &scratch[SG_STABLE - SG_N_Q];
-    const int m = SG_N_G + SG_N_GAMMA;
-    real bound = SG_C(0.0);
-    real top;
+/* Inertia M, stiffness K and directions Q of bilateral constraints of a part; `part` is scratch, of
+   which Q takes the place. */
+static void sg_linearised(int kind, const SG(params) * par, real t, const real q[], const real v[],
+                          const real u[], const real force[], int n, real *M, real *K, real *part) {
     int i, j;
-    SG(p_v)(t, q, v, par, M);
-    SG(L_q_q)(t, q, v, par, K);
-    SG(f_q)(t, q, v, u, par, part);
-    for (i = 0; i < SG_N_Q * SG_N_Q; ++i) {
+    SG(part_p_v)(kind, t, q, v, par, M);
+    SG(part_L_q_q)(kind, t, q, v, par, K);
+    SG(part_f_q)(kind, t, q, v, u, par, part);
+    for (i = 0; i < n * n; ++i) {
         K[i] = -(K[i] + part[i]);
     }
     if (force != NULL) {
-        SG(WR_q)(t, q, force, par, part);
-        for (i = 0; i < SG_N_Q * SG_N_Q; ++i) {
+        SG(part_WR_q)(kind, t, q, force, par, part);
+        for (i = 0; i < n * n; ++i) {
             K[i] -= part[i];
         }
     }
-    for (i = 0; i < SG_N_Q; ++i) {
+    for (i = 0; i < n; ++i) {
         for (j = 0; j < i; ++j) {
-            const real mean = SG_C(0.5) * (K[i * SG_N_Q + j] + K[j * SG_N_Q + i]);
-            K[i * SG_N_Q + j] = mean;
-            K[j * SG_N_Q + i] = mean;
+            const real mean = SG_C(0.5) * (K[i * n + j] + K[j * n + i]);
+            K[i * n + j] = mean;
+            K[j * n + i] = mean;
         }
     }
-    if (!sg_all_finite(SG_N_Q * SG_N_Q, K) || !sg_cholesky(SG_N_Q, M)) {
+    SG(part_bilateral_directions)(kind, t, q, par, part);
+}
+
+/* The largest stable step of a part with n coordinates and m bilateral constraints. */
+static real sg_stable_part(int kind, int n, int m, const SG(params) * par, real t, const real q[],
+                           const real v[], const real u[], const real force[], real scratch[]) {
+    real *M = scratch;
+    real *K = &scratch[n * n];
+    real *Q = &scratch[2 * n * n];
+    real *x = &scratch[SG_STABLE - 2 * n];
+    real *y = &scratch[SG_STABLE - n];
+    real bound = SG_C(0.0);
+    real top;
+    int i, j;
+    sg_linearised(kind, par, t, q, v, u, force, n, M, K, Q);
+    if (!sg_all_finite(n * n, K) || !sg_cholesky(n, M)) {
         return SG_HUGE;
     }
     /* K := L^-1 K L^-T; directions of constraints likewise */
-    for (i = 0; i < SG_N_Q; ++i) {
-        sg_forward(SG_N_Q, M, SG_N_Q, &K[i]);
+    for (i = 0; i < n; ++i) {
+        sg_forward(n, M, n, &K[i]);
     }
-    for (i = 0; i < SG_N_Q; ++i) {
-        sg_forward(SG_N_Q, M, 1, &K[i * SG_N_Q]);
+    for (i = 0; i < n; ++i) {
+        sg_forward(n, M, 1, &K[i * n]);
     }
-    SG(bilateral_directions)(t, q, par, Q);
     for (j = 0; j < m; ++j) {
-        sg_forward(SG_N_Q, M, 1, &Q[j * SG_N_Q]);
+        sg_forward(n, M, 1, &Q[j * n]);
     }
-    sg_orthonormal(SG_N_Q, m, Q);
-    sg_project(SG_N_Q, m, Q, K);
+    sg_orthonormal(n, m, Q);
+    sg_project(n, m, Q, K);
     /* moved by the largest sum of a row no eigenvalue is negative: an instability of the model's
        own, or one as large as the fastest oscillation, does not hide it */
-    for (i = 0; i < SG_N_Q; ++i) {
+    for (i = 0; i < n; ++i) {
         real sum = SG_C(0.0);
-        for (j = 0; j < SG_N_Q; ++j) {
-            sum += SG_FABS(K[i * SG_N_Q + j]);
+        for (j = 0; j < n; ++j) {
+            sum += SG_FABS(K[i * n + j]);
         }
         bound = sg_max(bound, sum);
     }
-    top = sg_extreme(SG_N_Q, m, K, Q, bound, x, y);
+    top = sg_extreme(n, m, K, Q, bound, x, y);
     return top > SG_TINY ? SG_STABLE_PHASE / SG_SQRT(top) : SG_HUGE;
+}
+
+real SG(stable_step)(const SG(params) * par, real t, const real q[], const real v[], const real u[],
+                     const real force[], real scratch[]) {
+#if SG_N_PARTS > 1
+    real own_q[SG_MOST_Q], own_v[SG_MOST_Q], own_R[SG_MOST_R];
+    real stable = SG_HUGE;
+    int part;
+    for (part = 0; part < SG_N_PARTS; ++part) {
+        const int kind = sg_shares[part].kind;
+        const int m = sg_counts[kind][SG_OF_G] + sg_counts[kind][SG_OF_GAMMA];
+        real own;
+        sg_take(part, SG_OF_Q, q, own_q);
+        sg_take(part, SG_OF_Q, v, own_v);
+        if (force != NULL) {
+            sg_take(part, SG_OF_R, force, own_R);
+        }
+        own = sg_stable_part(kind, sg_counts[kind][SG_OF_Q], m, par, t, own_q, own_v, u,
+                             force != NULL ? own_R : NULL, scratch);
+        stable = own < stable ? own : stable;
+    }
+    return stable;
+#else
+    return sg_stable_part(0, SG_N_Q, SG_N_G + SG_N_GAMMA, par, t, q, v, u, force, scratch);
+#endif
 }

@@ -5,15 +5,15 @@
 
 #if SG_LOCATED
 /* A step that is cut at its events (sg_located.c). */
-static int sg_locate(SG(work) * w, const SG(state) * s, SG(info) * info, const SG(params) * par,
+static int sg_locate(SG(work) * w, const SG(part) * s, SG(report) * info, const SG(params) * par,
                      const SG(options) * opt, real h);
 #endif
 
-static void sg_reset_guess(SG(state) * s) {
+static void sg_reset_guess(SG(part) * s, int n_contacts) {
     int k;
     sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x);
     sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R);
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < n_contacts; ++k) {
         s->closed[k] = 0;
         s->contact[k] = SG_K(UNKNOWN);
     }
@@ -26,7 +26,7 @@ static void sg_reset_guess(SG(state) * s) {
         s->choice[k] = SG_UNIQUE;
     }
 #if SG_LOCATED
-    for (k = 0; k < SG_N_CONTACTS; ++k) {
+    for (k = 0; k < n_contacts; ++k) {
         s->t_impact[k] = -SG_HUGE;
     }
     s->located = 0;
@@ -42,6 +42,21 @@ static void sg_reset_guess(SG(state) * s) {
 #endif
 }
 
+/* Forget what all parts would go on from. */
+static void sg_reset_parts(SG(state) * s) {
+#if SG_N_PARTS > 1
+    int p, k;
+    for (p = 0; p < SG_N_PARTS; ++p) {
+        sg_reset_guess(&s->part[p], sg_kinds[sg_parts[p].kind].n_contacts);
+    }
+    for (k = 0; k < SG_N_CONTACTS; ++k) {
+        s->contact[k] = SG_K(UNKNOWN);
+    }
+#else
+    sg_reset_guess(s, SG_N_CONTACTS);
+#endif
+}
+
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
     if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_N_Q, q) ||
         !sg_all_finite(SG_N_Q, v)) {
@@ -53,7 +68,7 @@ int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
     s->n_grid = SG_C(0.0);
     sg_copy(SG_N_Q, q, s->q);
     sg_copy(SG_N_Q, v, s->v);
-    sg_reset_guess(s);
+    sg_reset_parts(s);
     return SG_K(OK);
 }
 
@@ -82,16 +97,45 @@ static int sg_may_step(const SG(state) * s, const SG(work) * w, const SG(info) *
 
 /* The time behind a step of size h: t_n = t_0 + n h without a running sum, as long as h stays and
    nobody else sets the time. */
-static void sg_tick(SG(work) * w, const SG(state) * s, real h) {
-    if (w->trial.h_grid != h || w->trial.n_grid >= SG_GRID_MOST ||
+static void sg_tick(SG(state) * to, const SG(state) * s, real h) {
+    if (to->h_grid != h || to->n_grid >= SG_GRID_MOST ||
         s->t != s->t_grid + s->n_grid * s->h_grid) {
-        w->trial.t_grid = s->t;
-        w->trial.h_grid = h;
-        w->trial.n_grid = SG_C(0.0);
+        to->t_grid = s->t;
+        to->h_grid = h;
+        to->n_grid = SG_C(0.0);
     }
-    w->trial.n_grid += SG_C(1.0);
-    w->trial.t = w->trial.t_grid + w->trial.n_grid * h;
+    to->n_grid += SG_C(1.0);
+    to->t = to->t_grid + to->n_grid * h;
 }
+
+/* The step of one part from its state *s, which stays; the end stands in w->trial. */
+static int sg_step_part(const SG(part) * s, SG(work) * w, SG(report) * info, const SG(params) * par,
+                        const SG(options) * opt, real h) {
+    int status;
+    w->trial = *s;
+    w->found.stuck = -1;
+#if SG_LOCATED
+    w->segment.held = 0;
+    status = opt->events == SG_K(EVENTS_LOCATED) ? sg_locate(w, s, info, par, opt, h)
+                                                 : sg_cover(w, s->t, info, par, opt, h);
+    w->trial.located = opt->events == SG_K(EVENTS_LOCATED);
+#else
+    status = sg_cover(w, s->t, info, par, opt, h);
+#endif
+    return status;
+}
+
+#if SG_N_PARTS > 1
+/* Nothing is reported of a step yet (sg_islands.c). */
+static void sg_reset_info(SG(info) * info);
+
+/* The steps of all parts, and how the model stands behind them. */
+static int sg_step_islands(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
+                           const SG(options) * opt, real h);
+#else
+/* Nothing is reported of a step yet. */
+static void sg_reset_info(SG(info) * info) { sg_reset_report(info, SG_N_CONTACTS, SG_N_R); }
+#endif
 
 static int sg_take_step(SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,
                         const SG(options) * opt, const real u[], real h) {
@@ -109,25 +153,24 @@ static int sg_take_step(SG(state) * s, SG(work) * w, SG(info) * info, const SG(p
         info->status = SG_K(NONFINITE);
         return info->status;
     }
-    w->trial = *s;
-    w->found.stuck = -1;
     for (j = 0; j < SG_N_U; ++j) {
         w->u[j] = u[j];
     }
-#if SG_LOCATED
-    w->segment.held = 0;
-    status = opt->events == SG_K(EVENTS_LOCATED) ? sg_locate(w, s, info, par, opt, h)
-                                                 : sg_cover(w, s->t, info, par, opt, h);
-    w->trial.located = opt->events == SG_K(EVENTS_LOCATED);
+#if SG_N_PARTS > 1
+    status = sg_step_islands(s, w, info, par, opt, h);
 #else
-    status = sg_cover(w, s->t, info, par, opt, h);
+    status = sg_step_part(s, w, info, par, opt, h);
 #endif
     if (status != SG_K(OK)) {
         info->status = status;
         return status;
     }
-    sg_tick(w, s, h);
+#if SG_N_PARTS > 1
+    sg_tick(s, s, h);
+#else
+    sg_tick(&w->trial, s, h);
     *s = w->trial;
+#endif
     info->status = info->substeps > 0  ? SG_K(OK_SUBSTEPPED)
                    : info->rescues > 0 ? SG_K(OK_RESCUED)
                                        : SG_K(OK);

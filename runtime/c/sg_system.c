@@ -7,28 +7,29 @@
    pivoting. */
 
 /* Normal percussion that presses slip row k, -1 for other rows. */
-static inline int sg_pressing(int k) {
-    const int c = k % SG_ROWS_OF_SLOT - SG_SLIP;
-    const int pressing = c < 0 ? -1 : sg_contacts[sg_slips[c].contact].pressing;
-    return pressing < 0 ? -1 : k / SG_ROWS_OF_SLOT * SG_N_R + SG_NORMAL + pressing;
+static inline int sg_pressing(const SG(work) * w, int k) {
+    const int c = k % sg_rows_of_slot(w) - sg_first_slip(w);
+    const int pressing = c < 0 ? -1 : sg_contact_at(w, sg_slip_at(w, c)->contact)->pressing;
+    return pressing < 0 ? -1 : k / sg_rows_of_slot(w) * sg_n_R(w) + sg_first_normal(w) + pressing;
 }
 
 /* Change of phi in row `row` of the reduced system for given changes of the kinematic rows, the
    change of the radius and the change of the percussion `column` (-1: none). */
 static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int row, const real *dy,
                                  real d_radius, int column) {
-    const int c = row % SG_ROWS_OF_SLOT - SG_SLIP;
+    const int c = row % sg_rows_of_slot(w) - sg_first_slip(w);
     if (c < 0 || w->rows.kind[row] == SG_ROW_FREE) {
         return w->scales.prox_r[row] * dy[row];
     } else {
-        const int k = sg_slips[c].contact;
-        const int pressed = column >= 0 && column == sg_pressing(row) &&
+        const int k = sg_slip_at(w, c)->contact;
+        const int pressed = column >= 0 && column == sg_pressing(w, row) &&
                             (w->R[pr->R + column] >= SG_C(0.0) || sg_is_followed(w));
-        const int base = row - row % SG_ROWS_OF_SLOT;
+        const int base = row - row % sg_rows_of_slot(w);
         real change = d_radius + (pressed ? sg_coefficient(w, base, k) : SG_C(0.0));
-        if (sg_contacts[k].loads > 0 && column >= 0 &&
-            column / SG_ROWS_OF_SLOT == row / SG_ROWS_OF_SLOT) {
-            change = w->mu[k] * sg_load_share(base, k, column % SG_ROWS_OF_SLOT, &w->R[pr->R]);
+        if (sg_contact_at(w, k)->loads > 0 && column >= 0 &&
+            column / sg_rows_of_slot(w) == row / sg_rows_of_slot(w)) {
+            change =
+                w->mu[k] * sg_load_share(w, base, k, column % sg_rows_of_slot(w), &w->R[pr->R]);
         }
         return sg_friction_change(w, row, dy, change, column);
     }
@@ -37,7 +38,7 @@ static inline real sg_phi_change(const SG(work) * w, const sg_problem *pr, int r
 /* 1 if the kinematics of row a of the reduced system are to vanish. */
 static inline int sg_is_free(const SG(work) * w, int a) {
     const int row = w->system.reduced[a];
-    return row % SG_ROWS_OF_SLOT < SG_SLIP || w->rows.kind[row] == SG_ROW_FREE;
+    return row % sg_rows_of_slot(w) < sg_first_slip(w) || w->rows.kind[row] == SG_ROW_FREE;
 }
 
 /* Right-hand side of row a of the reduced system. */
@@ -49,9 +50,9 @@ static inline void sg_right_side(SG(work) * w, const sg_problem *pr, int a) {
     if (sg_is_free(w, a)) {
         change = w->scales.prox_r[row] * sg_row_dot(&pr->C, w->C, row, z);
     } else {
-        const sg_slip *slip = &sg_slips[row % SG_ROWS_OF_SLOT - SG_SLIP];
+        const sg_slip *slip = sg_slip_at(w, row % sg_rows_of_slot(w) - sg_first_slip(w));
         const int first = row - slip->component;
-        for (e = 0; e < sg_contacts[slip->contact].components; ++e) {
+        for (e = 0; e < sg_contact_at(w, slip->contact)->components; ++e) {
             w->system.dy[first + e] = sg_row_dot(&pr->C, w->C, first + e, z);
         }
         change = sg_phi_change(w, pr, row, w->system.dy, sg_bound_change(w, pr, row, z), -1);
@@ -74,8 +75,8 @@ static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a)
 /* Row a of the reduced system, slip row c of a slot, where its contact slips. */
 static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, int c) {
     const int row = w->system.reduced[a];
-    const sg_contact *contact = &sg_contacts[sg_slips[c].contact];
-    const int first = row - sg_slips[c].component;
+    const sg_contact *contact = sg_contact_at(w, sg_slip_at(w, c)->contact);
+    const int first = row - sg_slip_at(w, c)->component;
     real *dy = w->system.dy;
     int b, e;
     for (b = 0; b < n; ++b) {
@@ -99,7 +100,7 @@ static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
         if (sg_is_free(w, a)) {
             sg_free_row(w, pr, n, a);
         } else {
-            sg_slipping_row(w, pr, n, a, row % SG_ROWS_OF_SLOT - SG_SLIP);
+            sg_slipping_row(w, pr, n, a, row % sg_rows_of_slot(w) - sg_first_slip(w));
         }
     }
 }
@@ -109,7 +110,7 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
     real scale = SG_C(0.0);
     int a;
     for (a = 0; a < n; ++a) {
-        const int c = w->system.reduced[a] % SG_ROWS_OF_SLOT;
+        const int c = w->system.reduced[a] % sg_rows_of_slot(w);
         scale = sg_max(scale, w->scales.percussion_scale[c] / w->system.root_scale[a]);
     }
     for (a = rank; a < n; ++a) {
@@ -122,7 +123,7 @@ static int sg_is_contradictory(const SG(work) * w, const SG(options) * opt, int 
 
 /* Take percussion k into the reduced system, with what follows it. */
 static void sg_take_in(SG(work) * w, int problem, int n, int k) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const int f = w->system.follower[k];
     const real share = f < 0 ? SG_C(0.0) : sg_pressing_share(w, f, w->R[pr->R + k]);
     sg_answer(w, problem, k, f, share, &w->system.Z[n * pr->n_border]);
@@ -144,7 +145,7 @@ static inline void sg_leave(SG(work) * w, const sg_problem *pr, int k, real know
    percussion are eliminated, too. Returns the number of percussions left, or -1 if the smooth block
    is singular. */
 static int sg_reduce(SG(work) * w, int problem, int condensed) {
-    const sg_problem *pr = &sg_problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
     const real *R = &w->R[pr->R];
     int n = 0;
     int slot, c, d, k;
@@ -156,8 +157,8 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
     w->system.condensed = condensed;
     sg_smooth_rows(w, pr);
     for (slot = 0; slot < pr->n_slots; ++slot) {
-        const int base = slot * SG_N_R;
-        for (c = 0; c < SG_NORMAL; ++c) {
+        const int base = slot * sg_n_R(w);
+        for (c = 0; c < sg_first_normal(w); ++c) {
             w->system.follower[base + c] = -1;
             w->newton.dR[base + c] = SG_C(0.0);
             if (w->rows.kind[base + c] == SG_ROW_ZERO) {
@@ -167,10 +168,10 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
                 ++n;
             }
         }
-        for (k = 0; k < SG_N_CONTACTS; ++k) {
-            const sg_contact *contact = &sg_contacts[k];
-            const int normal = base + SG_NORMAL + contact->normal;
-            const int f = base + SG_SLIP + contact->friction;
+        for (k = 0; k < sg_n_contacts(w); ++k) {
+            const sg_contact *contact = sg_contact_at(w, k);
+            const int normal = base + sg_first_normal(w) + contact->normal;
+            const int f = base + sg_first_slip(w) + contact->friction;
             const int pressed = contact->normal >= 0 && w->rows.kind[normal] == SG_ROW_FREE;
             const int tied = condensed && pressed && contact->components == 1 &&
                              contact->varies < 0 && w->rows.kind[f] == SG_ROW_SLIP;

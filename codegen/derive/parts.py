@@ -1,0 +1,418 @@
+"""The parts that a model falls into: coordinates that nothing couples move apart from each other.
+
+Terms of L, forces, constraints and contacts couple the coordinates that they depend on. What is
+left in several pieces is stepped piece by piece; equal pieces are of one kind and share their text.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+
+import casadi as ca
+from signorini.codegen.frontend.model_data import Contact, ModelData
+from signorini.codegen.graph import Operations
+
+_SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Coordinates that nothing couples to others, and what stands on them.
+
+    Attributes
+    ----------
+    name : str
+        Of its first body, or of its first coordinate.
+    coordinates, contacts, rows : tuple of int
+        Places among those of the model; rows are percussions R = (R_g, R_gamma, R_N, R_F).
+    data : ModelData
+        What the model says of them, with their names.
+    """
+
+    name: str
+    coordinates: tuple[int, ...]
+    contacts: tuple[int, ...]
+    rows: tuple[int, ...]
+    data: ModelData
+
+
+@dataclass(frozen=True, eq=False)
+class Composition:
+    """A model as parts, each of a kind.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+        In the order of their first coordinates.
+    kinds : tuple of ModelData
+        One of each kind.
+    kind_of : tuple of int
+        The kind of each part.
+    """
+
+    parts: tuple[Part, ...]
+    kinds: tuple[ModelData, ...]
+    kind_of: tuple[int, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """A name of C for each kind: that of its first part."""
+        first = [self.parts[self.kind_of.index(k)] for k in range(len(self.kinds))]
+        return tuple(_spelled(part) for part in first)
+
+
+def compose(data: ModelData) -> Composition:
+    """The parts of a model and their kinds; a single part is the model itself."""
+    parts = _parts(data)
+    elliptic = {any(c.mu_F is not None for c in part.data.contacts) for part in parts}
+    if len(elliptic) > 1:  # the coefficients of all slip rows are one array or none
+        parts = (_whole(data),)
+    kinds: list[ModelData] = []
+    found: dict[object, int] = {}
+    kind_of = []
+    for part in parts:
+        signature = _signature(part.data)
+        if signature not in found:
+            found[signature] = len(kinds)
+            kinds.append(part.data)
+        kind_of.append(found[signature])
+    return Composition(parts, tuple(kinds), tuple(kind_of))
+
+
+def _spelled(part: Part) -> str:
+    """The name of a part, if C can have it beside the names of a step's scratch."""
+    name = part.name if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", part.name) else ""
+    name = name or part.data.coordinates[0]
+    return f"{name}_part" if name in ("q", "v", "R", "p", "look", "sg") else name
+
+
+class _Joined:
+    """Sets of coordinates, joined by what couples them."""
+
+    def __init__(self, n: int) -> None:
+        self._root = list(range(n))
+
+    def of(self, k: int) -> int:
+        while self._root[k] != k:
+            self._root[k] = self._root[self._root[k]]
+            k = self._root[k]
+        return k
+
+    def join(self, members: Iterable[int]) -> None:
+        first = -1
+        for k in members:
+            root = self.of(k)
+            if first < 0:
+                first = root
+            elif root != first:
+                first, root = min(first, root), max(first, root)
+                self._root[root] = first
+
+
+class _Dependence:
+    """Which coordinates an expression depends on, by itself or by its velocity."""
+
+    def __init__(self, data: ModelData) -> None:
+        self._index = {
+            column[k].element_hash(): k for column in (data.q, data.v) for k in range(data.n_q)
+        }
+
+    def of(self, *expressions: ca.SX | None) -> set[int]:
+        found = set()
+        for expression in expressions:
+            if expression is not None and not expression.is_constant():
+                for symbol in ca.symvar(expression):
+                    k = self._index.get(symbol.element_hash())
+                    if k is not None:
+                        found.add(k)
+        return found
+
+
+def _of_contact(c: Contact) -> tuple[ca.SX | None, ...]:
+    return (c.g_N, c.gamma_F, c.mu, c.e_N, c.e_F, c.bound, c.guard, c.mu_F)
+
+
+def _parts(data: ModelData) -> tuple[Part, ...]:
+    depends = _Dependence(data)
+    joined = _Joined(data.n_q)
+    for _, own in data.bodies:
+        joined.join(own)
+    terms = _terms(data.L, depends)
+    for of_term, _ in terms:
+        joined.join(of_term)
+    forces = ca.densify(data.f)
+    for k in range(data.n_q):
+        joined.join({k} | depends.of(forces[k]))
+    g, gamma = _blocks(data.g, data.g_blocks), _blocks(data.gamma, data.gamma_blocks)
+    blocks = [depends.of(*rows) for rows in (*g, *gamma)]
+    of_rows = [b for b, rows in zip(blocks, (*g, *gamma), strict=True) for _ in rows]
+    contacts: list[set[int]] = []
+    for k, c in enumerate(data.contacts):
+        members = depends.of(*_of_contact(c))
+        if c.load is not None:
+            members |= set().union(*of_rows[c.load[0] : c.load[0] + c.load[1]])
+        if c.presser is not None and c.presser != k:
+            members |= contacts[c.presser]
+        contacts.append(members)
+    for y in data.compliances:
+        stiff = depends.of(y.compliance, y.relaxation)
+        if stiff and y.normal:
+            contacts[_contact_of_row(data, y.row)] |= stiff
+        elif stiff:
+            of_rows[y.row] |= stiff
+            blocks.append(of_rows[y.row])
+    for members in (*blocks, *contacts):
+        joined.join(members)
+    bound = {joined.of(k) for members in (*blocks, *contacts) for k in members}
+    if len(bound) < 2 or any(not members for members in (*blocks, *contacts)):
+        return (_whole(data),)
+    # what nothing touches or holds needs no step of its own
+    joined.join(k for k in range(data.n_q) if joined.of(k) not in bound)
+    return _cut(data, joined, terms, (of_rows, contacts))
+
+
+def _whole(data: ModelData) -> Part:
+    n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
+    return Part(
+        data.name,
+        tuple(range(data.n_q)),
+        tuple(range(len(data.contacts))),
+        tuple(range(n_R)),
+        data,
+    )
+
+
+def _blocks(column: ca.SX, blocks: Sequence[tuple[str, int]]) -> list[list[ca.SX]]:
+    """The rows of each block: what one declaration says stays together."""
+    full, found, at = ca.densify(column), [], 0
+    for _, count in blocks:
+        found.append([full[k] for k in range(at, at + count)])
+        at += count
+    return found
+
+
+def _contact_of_row(data: ModelData, row: int) -> int:
+    """The contact whose gap a percussion row belongs to."""
+    normal = row - data.n_g - data.n_gamma
+    return [k for k, c in enumerate(data.contacts) if c.g_N is not None][normal]
+
+
+def _terms(L: ca.SX, depends: _Dependence) -> list[tuple[set[int], ca.SX]]:
+    """What L is a sum of, and what each term depends on; differences and products with numbers and
+    parameters are taken apart, too."""
+    found = []
+    stack = [L]
+    while stack:
+        x = stack.pop()
+        if x.is_constant() or x.is_symbolic():
+            inner = []
+        elif x.op() in _SUMS:
+            inner = [x.dep(1), x.dep(0)]
+        elif x.op() == ca.OP_NEG:
+            inner = [x.dep(0)]
+        elif x.op() == ca.OP_MUL:
+            inner = [x.dep(k) for k in (0, 1) if depends.of(x.dep(k))]
+            inner = inner if len(inner) == 1 else []
+        else:
+            inner = []
+        if inner:
+            stack.extend(inner)
+        else:
+            members = depends.of(x)
+            if members:
+                found.append((members, x))
+    return found
+
+
+class _Share:
+    """What each part has of L: the same sum without the terms of the others."""
+
+    def __init__(self, joined: _Joined, terms: list[tuple[set[int], ca.SX]]) -> None:
+        self._of_term = {x.element_hash(): joined.of(min(members)) for members, x in terms}
+
+    def of(self, L: ca.SX) -> dict[int, ca.SX]:
+        """L of each part, without recursion: sums of many bodies are deep."""
+        done: dict[int, dict[int, ca.SX]] = {}
+        stack = [L]
+        while stack:
+            x = stack[-1]
+            key = x.element_hash()
+            if key in done:
+                stack.pop()
+                continue
+            if key in self._of_term:
+                done[key] = {self._of_term[key]: x}
+            elif x.is_constant() or x.is_symbolic() or x.op() not in {*_SUMS, ca.OP_NEG, ca.OP_MUL}:
+                done[key] = {}  # a number, or what depends on parameters and time alone
+            else:
+                deps = [x.dep(k) for k in range(x.n_dep())]
+                waiting = [d for d in deps if d.element_hash() not in done]
+                if waiting:
+                    stack.extend(waiting)
+                    continue
+                done[key] = self._combine(x, deps, [done[d.element_hash()] for d in deps])
+            stack.pop()
+        return done[L.element_hash()]
+
+    def _combine(
+        self, x: ca.SX, deps: list[ca.SX], shares: list[dict[int, ca.SX]]
+    ) -> dict[int, ca.SX]:
+        if x.op() == ca.OP_NEG:
+            return {part: -share for part, share in shares[0].items()}
+        if x.op() == ca.OP_MUL:
+            which = 0 if shares[0] else 1
+            other = deps[1 - which]
+            return {
+                part: share * other if which == 0 else other * share
+                for part, share in shares[which].items()
+            }
+        sign = _SUMS[x.op()]
+        total = dict(shares[0])
+        for part, share in shares[1].items():
+            if part in total:
+                total[part] = total[part] + share if sign > 0 else total[part] - share
+            else:
+                total[part] = share if sign > 0 else -share
+        return total
+
+
+def _cut(
+    data: ModelData,
+    joined: _Joined,
+    terms: list[tuple[set[int], ca.SX]],
+    members: tuple[list[set[int]], list[set[int]]],
+) -> tuple[Part, ...]:
+    of_rows, of_contacts = members
+    L = _Share(joined, terms).of(data.L)
+    forces = ca.densify(data.f)
+    roots = sorted({joined.of(k) for k in range(data.n_q)})
+    n_b = data.n_g + data.n_gamma
+    rows_of: dict[int, list[int]] = {root: [] for root in roots}
+    contacts_of: dict[int, list[int]] = {root: [] for root in roots}
+    for row, of_row in enumerate(of_rows):
+        rows_of[joined.of(min(of_row))].append(row)
+    for k, of_contact in enumerate(of_contacts):
+        contacts_of[joined.of(min(of_contact))].append(k)
+    normal, slip = _rows_of_contacts(data)
+    parts = []
+    for root in roots:
+        own = tuple(k for k in range(data.n_q) if joined.of(k) == root)
+        contacts = tuple(contacts_of[root])
+        rows = (
+            *rows_of[root],
+            *(n_b + normal[k] for k in contacts if data.contacts[k].g_N is not None),
+            *(n_b + data.n_N + slip[k] + d for k in contacts for d in range(data.contacts[k].n_F)),
+        )
+        parts.append(
+            Part(
+                _name(data, own),
+                own,
+                contacts,
+                rows,
+                _restrict(data, own, contacts, rows, L.get(root, ca.SX(0)), forces),
+            )
+        )
+    return tuple(parts)
+
+
+def _name(data: ModelData, own: tuple[int, ...]) -> str:
+    bodies = (name for name, members in data.bodies if set(members) & set(own))
+    return next(bodies, data.coordinates[own[0]])
+
+
+def _rows_of_contacts(data: ModelData) -> tuple[list[int], list[int]]:
+    """First normal and first slip row of each contact."""
+    normal, slip, n, f = [], [], 0, 0
+    for c in data.contacts:
+        normal.append(n)
+        slip.append(f)
+        n += c.g_N is not None
+        f += c.n_F
+    return normal, slip
+
+
+def _restrict(
+    data: ModelData,
+    own: tuple[int, ...],
+    contacts: tuple[int, ...],
+    rows: tuple[int, ...],
+    L: ca.SX,
+    forces: ca.SX,
+) -> ModelData:
+    """What the model says of some of its coordinates."""
+    n_g, n_b = data.n_g, data.n_g + data.n_gamma
+    at = {row: place for place, row in enumerate(rows)}
+    chosen = list(own)
+    g = [row for row in rows if row < n_g]
+    gamma = [row - n_g for row in rows if n_g <= row < n_b]
+    place = {k: i for i, k in enumerate(contacts)}
+    inside = []
+    for k in contacts:
+        c = data.contacts[k]
+        load = None if c.load is None else (at[c.load[0]], c.load[1])
+        presser = None if c.presser is None else place[c.presser]
+        inside.append(replace(c, load=load, presser=presser))
+    return replace(
+        data,
+        q=data.q[chosen],
+        v=data.v[chosen],
+        coordinates=tuple(data.coordinates[k] for k in own),
+        velocities=tuple(data.velocities[k] for k in own),
+        units=tuple(data.units[k] for k in own) if data.units else (),
+        bodies=(),
+        L=L,
+        f=forces[chosen],
+        g=ca.vertcat(ca.SX(0, 1), *(data.g[row] for row in g)),
+        gamma=ca.vertcat(ca.SX(0, 1), *(data.gamma[row] for row in gamma)),
+        g_blocks=_kept(data.g_blocks, set(g)),
+        gamma_blocks=_kept(data.gamma_blocks, set(gamma)),
+        contacts=tuple(inside),
+        compliances=tuple(replace(y, row=at[y.row]) for y in data.compliances if y.row in at),
+        outputs=(),
+        shapes=(),
+        places=ca.SX(0, 2),
+        q0=data.q0[chosen],
+        v0=data.v0[chosen],
+    )
+
+
+def _kept(blocks: tuple[tuple[str, int], ...], rows: set[int]) -> tuple[tuple[str, int], ...]:
+    """The blocks whose rows are among those that are kept."""
+    found, at = [], 0
+    for name, count in blocks:
+        if at in rows:
+            found.append((name, count))
+        at += count
+    return tuple(found)
+
+
+def _signature(data: ModelData) -> object:
+    """Equal for parts that the same text describes: all that is said, with the same numbers and
+    parameters, of coordinates in the same order."""
+    columns = [data.L, data.f, data.g, data.gamma]
+    shape: list[object] = [len(data.coordinates), data.g_blocks and data.n_g, data.n_gamma]
+    for c in data.contacts:
+        for field in fields(Contact):
+            value = getattr(c, field.name)
+            if field.name != "name":
+                shape.append(value.shape if isinstance(value, ca.SX) else value)
+        columns += [x for x in _of_contact(c) if x is not None]
+    for y in data.compliances:
+        shape.append((y.row, y.normal))
+        columns += [y.compliance, y.relaxation]
+    full = [ca.densify(x) for x in columns]
+    operations = Operations([x[k] for x in full for k in range(x.numel())])
+    roles = {
+        column[k].element_hash(): (letter, k)
+        for letter, column in (
+            *(("t", data.t), ("q", data.q), ("v", data.v)),
+            *(("u", data.u), ("par", data.par)),
+        )
+        for k in range(column.numel())
+    }
+    symbols = [roles[s.element_hash()] for s in operations.symbols]
+    keys = tuple(
+        (op, args, symbols[int(number)] if op == ca.OP_INPUT else number)
+        for op, args, number in operations.keys
+    )
+    return repr(shape), keys, tuple(operations.roots), tuple(operations.called)
