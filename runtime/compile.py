@@ -34,7 +34,7 @@ _CHANGES = (_BATCH.with_name("changes.c"), _BATCH.with_name("maps.c"))
 _POOL = _BATCH.with_name("pool.h")
 # Lines of model code in a file above which it is optimised less: compilers take more than linear
 # time over long straight-line functions. The runtime stays at -O2 where the compiler can do both.
-_LEVELS = ((30_000, 0), (15_000, 1), (0, 2))
+_LEVELS = ((200_000, 0), (60_000, 1), (0, 2))
 _RUNTIME = re.compile(rb"/\* ==== runtime[^\n]* begin.*?/\* ==== runtime[^\n]* end ", re.DOTALL)
 
 

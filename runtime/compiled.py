@@ -132,6 +132,15 @@ class Compiled:
     # --- model functions -------------------------------------------------------------------------
 
     @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts that take their steps one by one: what nothing couples.
+
+        A part is called like its first body, or its first coordinate; a model that is one part like
+        the model. `info` of C counts them in this order.
+        """
+        return tuple(part["name"] for part in self.manifest["parts"])
+
+    @property
     def functions(self) -> list[str]:
         """Names of the model functions that `evaluate` knows."""
         return sorted((*self.manifest["functions"], *self.manifest["zeros"]))

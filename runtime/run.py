@@ -232,12 +232,18 @@ class Run:
         cause = "".join(f"; {text}" for text in causes if text)
         return StepError(
             f"model '{self.stepper.name}', step {done + 1} of {self.n_steps} at t = {t:g}: "
-            f"{name}, {self.lib.status_texts[status]}{cause}. The steps before are in the error's "
-            "attribute 'trajectory'",
+            f"{name}, {self.lib.status_texts[status]}{self._where()}{cause}. The steps before are "
+            "in the error's attribute 'trajectory'",
             name,
             trajectory,
             self.failed(name, u),
         )
+
+    def _where(self) -> str:
+        """The part that was not solved, in a model that falls into several."""
+        parts = self.stepper.manifest["parts"]
+        failed = int(self.info.failed) if len(parts) > 1 else -1
+        return f" in the part '{parts[failed]['name']}'" if failed >= 0 else ""
 
     def failed(self, status: str, u: Any) -> FailedStep:
         m = self.stepper.manifest

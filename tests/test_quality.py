@@ -99,6 +99,7 @@ ROOMS = (
     "frontend",  # what a user writes, as SX
     "derive",  # derived functions
     "graph",
+    "parts",  # what a model falls into
     "sparsity",
     "program",  # what a scheme is
     "sharing",  # passes over programs

@@ -28,13 +28,13 @@ from signorini.codegen.c.shared import members, shared_function, spaces_of
 from signorini.codegen.c.spec import EmitSpec, ForwardSpec, KindSpec, PartSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
 from signorini.codegen.derive.influence import influence
-from signorini.codegen.derive.parts import Composition, compose
 from signorini.codegen.derive.public import PUBLIC, SLOPES, arguments_of
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.frontend.names import FILES, HEADERS
+from signorini.codegen.parts import Composition, compose
 from signorini.codegen.program import Scheme
 from signorini.version import __version__
 

@@ -75,6 +75,7 @@ class CFunction:
     operations: int
     arguments: tuple[str, ...] = ()
     shape: tuple[int, ...] = ()
+    scratch: int = 0  # numbers that its pieces hand on
 
     def declaration(self, prefix: str, real: str) -> tuple[str, ...]:
         """Parameters as the header and the source write them."""

@@ -7,6 +7,7 @@ from signorini.codegen.c import refs
 from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter
 from signorini.codegen.c.layout import Sizes, sizes
+from signorini.codegen.c.pieces import in_pieces
 from signorini.codegen.c.printer import Precision
 from signorini.codegen.c.spec import ContactRow, KindSpec, ProblemSpec, Step
 from signorini.codegen.derive.quantities import Derivation
@@ -63,6 +64,7 @@ class KindBuilder:
         self.kind = kind
         self.plan = plan
         self.precision = precision
+        self.model = prefix
         self.prefix = f"{kind.name}_" if kind.name else ""
         seeds = plan.forward.seeds if plan.forward else {}
         self.writer = FunctionWriter(
@@ -89,7 +91,7 @@ class KindBuilder:
         further = plan.forward.points if plan.forward else ()
         for point in (*plan.points, *further):
             if point.name in self.known_points:
-                self.helpers.append(self.writer.point_function(point))
+                self._add(self.writer.point_function(point))
         start = self.steps(plan.start)
         problems = self.problems()
         watch = self.steps(plan.located.watch) if plan.located else ()
@@ -142,6 +144,9 @@ class KindBuilder:
             ),
         )
 
+    def _add(self, function: CFunction) -> None:
+        self.helpers.extend(in_pieces(function, self.model))
+
     def steps(self, parts: tuple[Evaluate | Assembly, ...]) -> tuple[Step, ...]:
         steps = []
         for part in parts:
@@ -151,7 +156,7 @@ class KindBuilder:
                     arguments = tuple(refs.argument(a, self.precision, self.prefix) for a in values)
                     steps.append(Step(f"{self.prefix}evaluate_{part.point}", arguments))
             elif any(t.size for t in part.targets):
-                self.helpers.append(self.writer.assembly(part, (WORK,)))
+                self._add(self.writer.assembly(part, (WORK,)))
                 steps.append(Step(self.prefix + part.name, ("w",)))
         return tuple(steps)
 

@@ -6,9 +6,9 @@ import numpy as np
 from signorini.codegen.c.functions import CFunction, CParameter, Section, equation_of
 from signorini.codegen.c.kind import KindBuilder
 from signorini.codegen.c.share import SharedFunction
-from signorini.codegen.derive.parts import Part
 from signorini.codegen.derive.public import arguments_of
 from signorini.codegen.frontend.model_data import ModelData
+from signorini.codegen.parts import Part
 
 _ROWS = {
     **dict.fromkeys(("L", "energy"), "one"),

@@ -35,12 +35,18 @@ from signorini.codegen.frontend.model_data import Parameter
 
 _MODEL_MACROS = (
     *("SG_N_Q", "SG_N_G", "SG_N_GAMMA", "SG_STABLE", "SG_STABLE_PHASE", "SG_TABULATED"),
-    *("SG_SPATIAL",),
+    *("SG_SPATIAL", "SG_N_PARTS", "SG_MOST_Q", "SG_MOST_R"),
 )
 _TEMPLATE_MACROS = (
-    *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_DIRECTIONS", "SG_MOBILITY"),
+    *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_MOST_Q"),
+    "SG_MOST_CONTACTS",
     *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED", "SG_DERIVATIVES"),
 )
+
+
+# Tables of each kind of parts, and of what each part has of the model.
+_TABLES = ("contacts", "slips", "problems", "one_way", "yielding", "poisson")
+_SHARES = ("sg_share", "sg_shares", "sg_places", "sg_counts")
 
 
 def _names(
@@ -355,7 +361,8 @@ class EmitSpec:
     @property
     def model_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Macros, and other names, of the file of model functions; for two files in one unit."""
-        return _names(self.model_runtime, ("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", *_MODEL_MACROS))
+        macros = ("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", *_MODEL_MACROS)
+        return _names(self.model_runtime, macros, () if self.single else _SHARES)
 
     @property
     def size_macros(self) -> tuple[tuple[str, int], ...]:
@@ -368,8 +375,11 @@ class EmitSpec:
     def own_names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Macros, and other names, that every generated C file has; for two in one unit."""
         sizes = (name for name, _ in self.size_macros)
+        owners = ("", *(kind.prefix for kind in self.kinds if kind.prefix))
         return _names(
-            self.types + self.runtime, (*_TEMPLATE_MACROS, *sizes), ("sg_table", "sg_index")
+            self.types + self.runtime,
+            (*_TEMPLATE_MACROS, *sizes),
+            ("sg_table", "sg_index", *(f"sg_{own}{name}" for own in owners for name in _TABLES)),
         )
 
     @property
@@ -417,7 +427,8 @@ class EmitSpec:
             control=sizes.get("control", 0),
             stack=stack_bound(
                 real,
-                max(len(f.temporaries) + len(f.aliases) for f in written),
+                max(len(f.temporaries) + len(f.aliases) for f in written)
+                + max(f.scratch for f in written),
                 lines,
                 sizes["consistency"],
                 self.sizes.n_contacts,
@@ -425,7 +436,7 @@ class EmitSpec:
             + (sizes["info"] if self.located else 0),
             flash=flash_bound(
                 lines,
-                sum(f.operations for f in written),
+                sum(max(f.operations, 0) for f in written),
                 sum(e.products for e in unrolled),
                 self.sizes.n_contacts > 1 or any(c.law != "none" for c in self.contacts),
                 any(c.law == "elliptic" for c in self.contacts),

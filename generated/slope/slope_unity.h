@@ -33,7 +33,6 @@
 #undef SG_DESCENT
 #undef SG_DIP
 #undef SG_DIP_ROUNDS
-#undef SG_DIRECTIONS
 #undef SG_EFFORT
 #undef SG_EPS
 #undef SG_EVENTS_AT_PLACE
@@ -55,8 +54,9 @@
 #undef SG_LEAST_SHARE
 #undef SG_LOCATED
 #undef SG_LOCATE_ROUNDS
-#undef SG_MOBILITY
+#undef SG_MOST_CONTACTS
 #undef SG_MOST_HALVINGS
+#undef SG_MOST_Q
 #undef SG_MOST_STATES
 #undef SG_NAN
 #undef SG_N_AXES
@@ -149,8 +149,6 @@
 #define SG_LATER_ATTEMPT slope_own_SG_LATER_ATTEMPT
 #undef SG_LEAST_NORM
 #define SG_LEAST_NORM slope_own_SG_LEAST_NORM
-#undef SG_MOST_Q
-#define SG_MOST_Q slope_own_SG_MOST_Q
 #undef SG_NORMAL
 #define SG_NORMAL slope_own_SG_NORMAL
 #undef SG_OPENS
@@ -565,6 +563,8 @@
 #define sg_note slope_own_sg_note
 #undef sg_note_located
 #define sg_note_located slope_own_sg_note_located
+#undef sg_one_way
+#define sg_one_way slope_own_sg_one_way
 #undef sg_over_axis
 #define sg_over_axis slope_own_sg_over_axis
 #undef sg_parts
@@ -617,6 +617,8 @@
 #define sg_problem slope_own_sg_problem
 #undef sg_problem_at
 #define sg_problem_at slope_own_sg_problem_at
+#undef sg_problems
+#define sg_problems slope_own_sg_problems
 #undef sg_prox_ball
 #define sg_prox_ball slope_own_sg_prox_ball
 #undef sg_prox_parameters
@@ -711,6 +713,8 @@
 #define sg_slip_of slope_own_sg_slip_of
 #undef sg_slipping_row
 #define sg_slipping_row slope_own_sg_slipping_row
+#undef sg_slips
+#define sg_slips slope_own_sg_slips
 #undef sg_slope
 #define sg_slope slope_own_sg_slope
 #undef sg_slot_rate
@@ -767,5 +771,7 @@
 #define sg_wanted slope_own_sg_wanted
 #undef sg_warm_start
 #define sg_warm_start slope_own_sg_warm_start
+#undef sg_yielding
+#define sg_yielding slope_own_sg_yielding
 #undef sg_yields
 #define sg_yields slope_own_sg_yields

@@ -16,7 +16,7 @@ static void sg_keep_start(SG(work) * w) {
    that all stay in their modes. */
 static int sg_find_any_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                               SG(report) * info) {
-    int mode[sg_n_contacts(w)];
+    int mode[SG_MOST_CONTACTS];
     int status = sg_find_forces(w, par, opt, info);
     int same = 1;
     int k;
@@ -176,13 +176,13 @@ static void sg_keep_force_values(const SG(work) * w, real values[]) {
    1 places between. */
 static int sg_detect_forces(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                             SG(report) * info, real end, sg_happening *first) {
-    real before[2 * sg_n_contacts(w)];
+    real before[2 * SG_MOST_CONTACTS];
     int status = SG_K(OK);
     int j;
     *first = sg_no_event();
     for (j = 0; j <= SG_FORCE_SAMPLES && status == SG_K(OK); ++j) {
         const real x = end * (real)j / (real)SG_FORCE_SAMPLES;
-        real q[sg_n_q(w)], v[sg_n_q(w)];
+        real q[SG_MOST_Q], v[SG_MOST_Q];
         sg_dense(w, x, q, v);
         status = sg_visit(w, par, opt, info, w->segment.t + x * w->segment.span, q, v);
         if (status == SG_K(OK) && j == 0) {

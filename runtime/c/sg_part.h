@@ -30,8 +30,10 @@ static inline int sg_n_gamma(const SG(work) * w) { return sg_kind_of(w)->n_gamma
 /* Normal rows. */
 static inline int sg_n_N(const SG(work) * w) { return sg_kind_of(w)->n_N; }
 
+#if SG_LOCATED
 /* Slip rows. */
 static inline int sg_n_F(const SG(work) * w) { return sg_kind_of(w)->n_F; }
+#endif
 
 /* Contacts and friction elements. */
 static inline int sg_n_contacts(const SG(work) * w) { return sg_kind_of(w)->n_contacts; }
@@ -115,6 +117,7 @@ static inline real sg_compliance(const SG(work) * w, int k) {
 #endif
 }
 
+#if SG_LOCATED
 /* Energy of the part at hand. */
 static inline real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
                              const SG(params) * par) {
@@ -122,3 +125,4 @@ static inline real sg_energy(const SG(work) * w, real t, const real q[], const r
     SG(part_energy)(sg_kind_number(w), t, q, v, par, E);
     return E[0];
 }
+#endif

@@ -6,6 +6,7 @@
 #include "m_model.c"
 
 #include "ensure.h"
+#include "sizes.h"
 #include <string.h>
 
 #ifndef STARTS

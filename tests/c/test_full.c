@@ -4,6 +4,7 @@
 #include "f.c"
 
 #include "ensure.h"
+#include "sizes.h"
 #include <string.h>
 
 static f_work work, kept;
@@ -51,8 +52,8 @@ static void spoil(int first_x, int first_lambda) {
     }
     /* a row that does not take part has no percussion */
     ENSURE(last->last_rows == SG_N_G && !sg_takes_part(last, last->n_slots - 1, SG_N_G));
-    ENSURE(sg_takes_part(last, 0, SG_N_G) && sg_is_gap(last, 0, 0));
-    ENSURE(!sg_is_gap(last, last->n_slots - 1, 0) && !sg_is_gap(last, 0, SG_N_G));
+    ENSURE(sg_takes_part(last, 0, SG_N_G) && sg_is_gap(&work, last, 0, 0));
+    ENSURE(!sg_is_gap(&work, last, last->n_slots - 1, 0) && !sg_is_gap(&work, last, 0, SG_N_G));
     ENSURE(work.R[last->R + (last->n_slots - 1) * SG_N_R + SG_N_G] == 0.0);
     ENSURE(accepted());
 }

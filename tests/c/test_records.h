@@ -50,7 +50,7 @@ static void test_records(void) {
             m_state s = start;
             for (n = 0; n < done; ++n) {
                 int before[SG_N_CONTACTS > 0 ? SG_N_CONTACTS : 1] = {0};
-                const double begins = m_energy_at(s.t, s.q, s.v, &par);
+                const double begins = sg_energy_at(s.t, s.q, s.v, &par);
                 double ends;
                 const int first = n == 0 || (n + BEGUN) % EVERY == 0;
                 for (k = 0; k < SG_N_CONTACTS; ++k) {
@@ -58,7 +58,7 @@ static void test_records(void) {
                 }
                 ENSURE(m_step(&s, &other, &info, &par, &opt, &inputs[n * INPUTS], h) <=
                        M_OK_SUBSTEPPED);
-                ends = m_energy_at(s.t, s.q, s.v, &par);
+                ends = sg_energy_at(s.t, s.q, s.v, &par);
                 low = first ? ends : fmin(low, ends);
                 high = first ? ends : fmax(high, ends);
                 iterations = first ? info.iterations : iterations + info.iterations;
@@ -184,7 +184,7 @@ static void ensure_polar(int base, int k, int a, const double before[], const do
     int d, i;
     for (i = k; i >= 0; i = sg_contacts[i].next) {
         if (sg_is_sticking(&work, base, i)) {
-            const int b = sg_position(&work, a, sg_slip_of(base, i));
+            const int b = sg_position(&work, a, sg_slip_of(&work, base, i));
             double away[2];
             for (d = 0; d < sg_contacts[i].components; ++d) {
                 away[d] = before[b + d] - z[b + d];
@@ -233,12 +233,12 @@ static void test_nearest_in_cones(void) {
             }
             for (k = 0; k < SG_N_CONTACTS; ++k) {
                 if (sg_contacts[k].normal >= 0 &&
-                    work.rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
-                    work.system.reduced[n++] = sg_normal_of(base, k);
+                    work.rows.kind[sg_normal_of(&work, base, k)] == SG_ROW_FREE) {
+                    work.system.reduced[n++] = sg_normal_of(&work, base, k);
                 }
                 for (d = 0; d < sg_contacts[k].components; ++d) {
-                    if (work.rows.kind[sg_slip_of(base, k) + d] != SG_ROW_ZERO) {
-                        work.system.reduced[n++] = sg_slip_of(base, k) + d;
+                    if (work.rows.kind[sg_slip_of(&work, base, k) + d] != SG_ROW_ZERO) {
+                        work.system.reduced[n++] = sg_slip_of(&work, base, k) + d;
                     }
                 }
             }
@@ -258,8 +258,9 @@ static void test_nearest_in_cones(void) {
             for (k = 0; k < SG_N_CONTACTS; ++k) {
                 const int base = slot * SG_N_R;
                 if (sg_contacts[k].normal >= 0 &&
-                    work.rows.kind[sg_normal_of(base, k)] == SG_ROW_FREE) {
-                    ensure_polar(base, k, sg_position(&work, 0, sg_normal_of(base, k)), before, z);
+                    work.rows.kind[sg_normal_of(&work, base, k)] == SG_ROW_FREE) {
+                    ensure_polar(base, k, sg_position(&work, 0, sg_normal_of(&work, base, k)),
+                                 before, z);
                 }
             }
         }

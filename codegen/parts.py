@@ -13,6 +13,8 @@ from signorini.codegen.frontend.model_data import Contact, ModelData
 from signorini.codegen.graph import Operations
 
 _SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
+_MULTIPLES = (ca.OP_NEG, ca.OP_TWICE)
+_LINEAR = frozenset({*_SUMS, *_MULTIPLES, ca.OP_MUL, ca.OP_DIV})
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,11 +210,12 @@ def _terms(L: ca.SX, depends: _Dependence) -> list[tuple[set[int], ca.SX]]:
             inner = []
         elif x.op() in _SUMS:
             inner = [x.dep(1), x.dep(0)]
-        elif x.op() == ca.OP_NEG:
+        elif x.op() in _MULTIPLES:
             inner = [x.dep(0)]
-        elif x.op() == ca.OP_MUL:
+        elif x.op() in (ca.OP_MUL, ca.OP_DIV):
             inner = [x.dep(k) for k in (0, 1) if depends.of(x.dep(k))]
-            inner = inner if len(inner) == 1 else []
+            fits = len(inner) == 1 and (x.op() == ca.OP_MUL or not depends.of(x.dep(1)))
+            inner = inner if fits else []
         else:
             inner = []
         if inner:
@@ -242,7 +245,7 @@ class _Share:
                 continue
             if key in self._of_term:
                 done[key] = {self._of_term[key]: x}
-            elif x.is_constant() or x.is_symbolic() or x.op() not in {*_SUMS, ca.OP_NEG, ca.OP_MUL}:
+            elif x.is_constant() or x.is_symbolic() or x.op() not in _LINEAR:
                 done[key] = {}  # a number, or what depends on parameters and time alone
             else:
                 deps = [x.dep(k) for k in range(x.n_dep())]
@@ -257,8 +260,11 @@ class _Share:
     def _combine(
         self, x: ca.SX, deps: list[ca.SX], shares: list[dict[int, ca.SX]]
     ) -> dict[int, ca.SX]:
-        if x.op() == ca.OP_NEG:
-            return {part: -share for part, share in shares[0].items()}
+        if x.op() in _MULTIPLES:
+            sign = x.op() == ca.OP_NEG
+            return {part: -share if sign else 2 * share for part, share in shares[0].items()}
+        if x.op() == ca.OP_DIV:
+            return {part: share / deps[1] for part, share in shares[0].items()}
         if x.op() == ca.OP_MUL:
             which = 0 if shares[0] else 1
             other = deps[1 - which]
