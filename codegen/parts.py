@@ -261,8 +261,8 @@ class _Share:
         self, x: ca.SX, deps: list[ca.SX], shares: list[dict[int, ca.SX]]
     ) -> dict[int, ca.SX]:
         if x.op() in _MULTIPLES:
-            sign = x.op() == ca.OP_NEG
-            return {part: -share if sign else 2 * share for part, share in shares[0].items()}
+            negative = x.op() == ca.OP_NEG
+            return {part: -share if negative else 2 * share for part, share in shares[0].items()}
         if x.op() == ca.OP_DIV:
             return {part: share / deps[1] for part, share in shares[0].items()}
         if x.op() == ca.OP_MUL:

@@ -181,6 +181,12 @@ SLOWER = re.compile(
             r"test_studies.py::test_study\[law",
             r"test_new.py::test_a_new_file_runs_and_is_drawn\[space",
             r"test_firmware.py::test_stated_memory\[box_in_space",
+            r"test_generated_code.py::test_static_analysis\[slope.*located",
+            r"test_stress.py::test_sanitizers",
+            r"test_check.py::test_models_pass\[trap_models.mixed_contacts",
+            r"test_poisson.py::test_what_check_says_of_poissons_law\[options1",
+            r"test_parts.py::test_boxes_in_space.*(2|64)\]",
+            r"test_parts.py::test_models_of_several_parts_are_checked\[options[12]",
         )
     )
 )

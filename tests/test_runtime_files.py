@@ -114,9 +114,10 @@ def test_a_driver_of_batches_with_another_struct_is_refused(
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_long_models_are_optimised_less_than_the_runtime(
-    level: int, monkeypatch: pytest.MonkeyPatch
+    level: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Where the compiler is gcc; the steps are the same to the last bit."""
+    monkeypatch.setenv("SIGNORINI_CACHE", str(tmp_path))
     monkeypatch.setenv("CC", compiler("gcc"))
     one = sg.build(slope.model(), stages=2).simulate(t_end=0.3, dt=1e-2)
     monkeypatch.setenv("SIGNORINI_CFLAGS", "")

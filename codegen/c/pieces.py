@@ -1,4 +1,4 @@
-"""Long straight-line functions in pieces: compilers take more than linear time over one function."""
+"""Long straight-line functions in pieces: compilers take more than linear time over long ones."""
 
 import re
 from collections.abc import Iterator, Sequence
