@@ -25,8 +25,9 @@ class Part:
     ----------
     name : str
         Of its first body, or of its first coordinate.
-    coordinates, contacts, rows : tuple of int
-        Places among those of the model; rows are percussions R = (R_g, R_gamma, R_N, R_F).
+    coordinates, contacts, rows, points : tuple of int
+        Places among those of the model; rows are percussions R = (R_g, R_gamma, R_N, R_F), points
+        what is drawn.
     data : ModelData
         What the model says of them, with their names.
     """
@@ -35,6 +36,7 @@ class Part:
     coordinates: tuple[int, ...]
     contacts: tuple[int, ...]
     rows: tuple[int, ...]
+    points: tuple[int, ...]
     data: ModelData
 
 
@@ -50,11 +52,14 @@ class Composition:
         One of each kind.
     kind_of : tuple of int
         The kind of each part.
+    drawn_alike : bool
+        Whether every point moves with one part at most, and parts of a kind are drawn alike.
     """
 
     parts: tuple[Part, ...]
     kinds: tuple[ModelData, ...]
     kind_of: tuple[int, ...]
+    drawn_alike: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -72,13 +77,23 @@ def compose(data: ModelData) -> Composition:
     kinds: list[ModelData] = []
     found: dict[object, int] = {}
     kind_of = []
+    pictures: dict[int, object] = {}
+    alike = len(parts) == 1 or _moves_with_one(parts)
     for part in parts:
         signature = _signature(part.data)
         if signature not in found:
             found[signature] = len(kinds)
             kinds.append(part.data)
         kind_of.append(found[signature])
-    return Composition(parts, tuple(kinds), tuple(kind_of))
+        picture = _text_of(part.data, [part.data.places]) if alike else None
+        alike = alike and pictures.setdefault(kind_of[-1], picture) == picture
+    return Composition(parts, tuple(kinds), tuple(kind_of), alike)
+
+
+def _moves_with_one(parts: Sequence[Part]) -> bool:
+    """Whether no point that is drawn moves with several parts."""
+    points = [k for part in parts for k in part.points]
+    return len(points) == len(set(points))
 
 
 def _spelled(part: Part) -> str:
@@ -180,6 +195,7 @@ def _whole(data: ModelData) -> Part:
         tuple(range(data.n_q)),
         tuple(range(len(data.contacts))),
         tuple(range(n_R)),
+        tuple(range(data.places.shape[0])),
         data,
     )
 
@@ -300,6 +316,8 @@ def _cut(
     for k, of_contact in enumerate(of_contacts):
         contacts_of[joined.of(min(of_contact))].append(k)
     normal, slip = _rows_of_contacts(data)
+    depends = _Dependence(data)
+    drawn = [depends.of(data.places[k, :]) for k in range(data.places.shape[0])]
     parts = []
     for root in roots:
         own = tuple(k for k in range(data.n_q) if joined.of(k) == root)
@@ -309,13 +327,15 @@ def _cut(
             *(n_b + normal[k] for k in contacts if data.contacts[k].g_N is not None),
             *(n_b + data.n_N + slip[k] + d for k in contacts for d in range(data.contacts[k].n_F)),
         )
+        points = tuple(k for k, members in enumerate(drawn) if members & set(own))
         parts.append(
             Part(
                 _name(data, own),
                 own,
                 contacts,
                 rows,
-                _restrict(data, own, contacts, rows, L.get(root, ca.SX(0)), forces),
+                points,
+                _restrict(data, own, contacts, rows, points, L.get(root, ca.SX(0)), forces),
             )
         )
     return tuple(parts)
@@ -342,6 +362,7 @@ def _restrict(
     own: tuple[int, ...],
     contacts: tuple[int, ...],
     rows: tuple[int, ...],
+    points: tuple[int, ...],
     L: ca.SX,
     forces: ca.SX,
 ) -> ModelData:
@@ -376,7 +397,7 @@ def _restrict(
         compliances=tuple(replace(y, row=at[y.row]) for y in data.compliances if y.row in at),
         outputs=(),
         shapes=(),
-        places=ca.SX(0, 2),
+        places=data.places[list(points), :],
         q0=data.q0[chosen],
         v0=data.v0[chosen],
     )
@@ -406,6 +427,11 @@ def _signature(data: ModelData) -> object:
     for y in data.compliances:
         shape.append((y.row, y.normal))
         columns += [y.compliance, y.relaxation]
+    return repr(shape), _text_of(data, columns)
+
+
+def _text_of(data: ModelData, columns: Sequence[ca.SX]) -> object:
+    """Equal where expressions of two parts are the same of coordinates in the same order."""
     full = [ca.densify(x) for x in columns]
     operations = Operations([x[k] for x in full for k in range(x.numel())])
     roles = {
@@ -421,4 +447,4 @@ def _signature(data: ModelData) -> object:
         (op, args, symbols[int(number)] if op == ca.OP_INPUT else number)
         for op, args, number in operations.keys
     )
-    return repr(shape), keys, tuple(operations.roots), tuple(operations.called)
+    return keys, tuple(operations.roots), tuple(operations.called)

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 from signorini.bodies import Planar, Spatial, inertia
 from signorini.codegen.frontend.validate import freeze
 from signorini.codegen.parts import compose
+from signorini.runtime.compiled import SUCCESS
+from signorini.runtime.options import RunOptions
 from signorini.runtime.stability import stable_step
 
 
@@ -182,6 +184,11 @@ def test_stages_and_functions_of_several_parts(stepper: Callable[..., sg.Stepper
     assert np.count_nonzero(W_N[rows["b1_y"]]) == 4
     energy = together.evaluate("energy", t, q, v)
     assert energy == pytest.approx(3 * 9.81 * 0.5 - 2 * 9.81 * np.cos(0.4), rel=1e-14)
+    data = freeze(mixed_three())
+    drawn = ca.Function("drawn", [data.q], [data.places])
+    at = np.random.default_rng(3).normal(size=n["n_q"])
+    assert data.places.shape[0] > 20
+    np.testing.assert_array_equal(together.evaluate("shapes", t, at), np.array(drawn(at)))
     traj = together.simulate(t_end=0.05, dt=5e-3, record="stages")
     assert np.isfinite(traj.Q).all()
     np.testing.assert_array_equal(traj.Q[:, -1], traj.q[1:])
@@ -205,13 +212,43 @@ def test_the_stable_step_is_that_of_the_stiffest_part(stepper: Callable[..., sg.
 
 def test_a_part_that_fails_is_named(stepper: Callable[..., sg.Stepper]) -> None:
     together = stepper(mixed_three, 2, events="located")
-    q = together.initial_state()[1] + 0.0
-    q[5] = 0.08  # a corner of the second box is below the floor
+    names = together.manifest["coordinates"]
+    _, q, v = together.initial_state()
+    low = q + 0.0
+    low[names.index("b1_y")] = 0.08
     with pytest.raises(sg.RunError, match="b1_"):
-        together.simulate(t_end=0.1, dt=5e-3, q0=q)
-    with pytest.raises(sg.StepError, match="in the part 'b0'") as failed:
-        together.simulate(t_end=1.0, dt=5e-3, max_iterations=1)
-    assert failed.value.trajectory.t[-1] < 1.0
+        together.simulate(t_end=0.1, dt=5e-3, q0=low)
+    # all others rest, the last part runs into its stop
+    q[[k for k, name in enumerate(names) if name.endswith("_y")]] = 0.1
+    q[names.index("p0_phi")] = 0.0
+    v = v + 0.0
+    v[names.index("p2_phi")] = -200.0
+    with pytest.raises(sg.StepError, match="in the part 'p2_phi'"):
+        together.simulate(t_end=0.1, dt=5e-3, q0=q, v0=v, max_iterations=2, max_halvings=0)
+
+
+def test_a_step_that_fails_changes_no_part(stepper: Callable[..., sg.Stepper]) -> None:
+    together = stepper(mixed_three, 2, events="located")
+    lib = together.library
+    names = together.manifest["coordinates"]
+    t, q, v = together.initial_state()
+    work, info = lib.structs["work"](), lib.structs["info"]()
+    par = together.c_params(together.check_parameters(None))
+    state = together.c_state(t, q, v)
+    empty = lib.pointer(lib.array(np.zeros(1)))
+    for options, fails in (
+        (RunOptions.of({}), False),
+        (RunOptions.of({"max_iterations": 2}), True),
+    ):
+        before = bytes(state)
+        if fails:  # the first two parts have moved before the third is tried
+            state.q[names.index("b0_y")] = state.q[names.index("b1_y")] = 5.0
+            state.v[names.index("p2_phi")] = -200.0
+            before = bytes(state)
+        status = lib.call["step"](state, work, info, par, together.c_options(options), empty, 5e-3)
+        assert (status > SUCCESS) == fails
+        assert (bytes(state) == before) == fails
+    assert together.parts[info.failed] == "p2_phi"
 
 
 # --- what couples --------------------------------------------------------------------------------
@@ -296,6 +333,21 @@ def test_what_couples(couple: Callable[..., None]) -> None:
     m, q, v = points(4)
     couple(m, q, v)
     assert parts_of(m) == JOINED
+
+
+def test_what_is_drawn_alike() -> None:
+    m, q, _ = points(4)
+    for k in range(4):
+        m.shape([(q[k], 0), (q[k], 1)])
+    m.shape([(0, 0), (1, 0)])
+    assert compose(freeze(m)).drawn_alike
+    m.shape([(q[0], q[1])])
+    assert not compose(freeze(m)).drawn_alike
+    m, q, _ = points(4)
+    m.shape([(q[2], 0)])
+    composition = compose(freeze(m))
+    assert composition.kind_of == (0, 0, 0, 0)
+    assert not composition.drawn_alike
 
 
 def test_rows_of_one_declaration_stay_together() -> None:

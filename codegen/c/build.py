@@ -245,6 +245,7 @@ class _Builder:
         velocity_constraints: str,
     ) -> None:
         self.velocity_constraints = velocity_constraints
+        self.composition = composition
         self.data = data = d.data
         self.d = d
         self.plan = plan = kinds[0].plan
@@ -387,6 +388,16 @@ class _Builder:
             for name, rows in (("q", located.positions), ("v", located.velocities))
         )
 
+    def _is_shared(self, name: str) -> bool:
+        """Whether the parts have shares of a function that the kinds give."""
+        return name != "shapes" or bool(self.composition and self.composition.drawn_alike)
+
+    def _fixed_points(self, arguments: tuple[str, ...]) -> CFunction:
+        """The points that are drawn and move with no part."""
+        moving = {k for part in self.parts for k in part.shares[SPACES.index("points")]}
+        fixed = [k for k in range(self.data.places.shape[0]) if k not in moving]
+        return self.writer.rows_of("shapes", fixed, arguments)
+
     def _functions(
         self,
     ) -> tuple[
@@ -398,11 +409,13 @@ class _Builder:
         shared: dict[str, SharedFunction] = {}
         zeros: list[tuple[str, tuple[int, ...]]] = []
         for name, declared in self.public:
-            if len(self.parts) > 1 and spaces_of(name):
+            if len(self.parts) > 1 and spaces_of(name) and self._is_shared(name):
                 if not any(b.kind.d[name].numel() for b in self.builders):
                     continue
                 called = name in _CALLED
                 found = shared_function(name, declared, self.builders, self.data, called)
+                if name == "shapes" and found.size:
+                    found = replace(found, rest=self._fixed_points(found.public.arguments))
                 if found.size and (found.kinds or called):
                     shared[name] = found
                     functions.append(found.public)

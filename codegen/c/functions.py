@@ -187,7 +187,16 @@ class FunctionWriter:
 
     def model_function(self, name: str, arguments: Sequence[str]) -> CFunction:
         """A public function ``prefix_name(..., out)``, matrices dense and row by row."""
+        return self._matrix(self.kind + name, name, self.d[name], arguments)
+
+    def rows_of(self, name: str, chosen: Sequence[int], arguments: Sequence[str]) -> CFunction:
+        """Some rows of a model function; all others are filled with zeros."""
         value = self.d[name]
+        only = ca.SX(*value.shape)
+        only[list(chosen), :] = value[list(chosen), :]
+        return self._matrix(f"rest_of_{name}", name, only, arguments)
+
+    def _matrix(self, named: str, name: str, value: ca.SX, arguments: Sequence[str]) -> CFunction:
         rows, columns = value.shape
         sparsity = value.sparsity()
         entries = sorted(
@@ -206,7 +215,6 @@ class FunctionWriter:
             () if full else (("out", rows * columns),),
         )
         shape = self.shape_of(name)
-        named = self.kind + name
         return self._write(named, arguments, (block,), _OUT, shape, doc=(doc_of(name),))
 
     def shape_of(self, name: str) -> tuple[int, ...]:

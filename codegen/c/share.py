@@ -6,7 +6,10 @@ import numpy as np
 from signorini.codegen.c.functions import CFunction
 
 # What the rows of a function count, and its columns; "one" is summed up over the parts.
-SPACES = ("one", "q", "g", "gamma", "N", "F", "contacts", "bounds", "compliances", "R")
+SPACES = (
+    *("one", "q", "g", "gamma", "N", "F", "contacts", "bounds", "compliances", "R"),
+    *("points", "axes"),
+)
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,8 @@ class SharedFunction:
         Columns of the whole.
     sparse : bool
         Whether parts of some kind have nothing of it.
+    rest : CFunction or None
+        What fills the rows that no part has a share of, and all others with zeros.
     """
 
     public: CFunction
@@ -36,6 +41,7 @@ class SharedFunction:
     buffers: tuple[tuple[str, int], ...]
     width: int
     sparse: bool
+    rest: CFunction | None = None
 
     @property
     def size(self) -> int:

@@ -29,6 +29,8 @@ def spaces_of(name: str) -> tuple[str, str] | None:
     """What the rows and columns of a function count; None where no part has a share of its own."""
     if name in _DIRECTIONS:
         return "q", _DIRECTIONS[name]
+    if name == "shapes":
+        return "points", "axes"
     if name in _ROWS:
         return _ROWS[name], "one"
     stem, _, variable = name.rpartition("_")
@@ -57,6 +59,8 @@ def members(part: Part, data: ModelData) -> dict[str, tuple[int, ...]]:
         "bounds": tuple(i for i, k in enumerate(bounds) if k in set(part.contacts)),
         "compliances": tuple(yields[row] for row in part.rows if row in yields),
         "R": part.rows,
+        "points": part.points,
+        "axes": tuple(range(data.places.shape[1])),
     }
 
 
@@ -73,6 +77,8 @@ def counts(data: ModelData) -> dict[str, int]:
         "bounds": sum(c.bound is not None for c in data.contacts),
         "compliances": len(data.compliances),
         "R": data.n_g + data.n_gamma + data.n_N + data.n_F,
+        "points": int(data.places.shape[0]),
+        "axes": int(data.places.shape[1]),
     }
 
 

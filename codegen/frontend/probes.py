@@ -133,10 +133,11 @@ def check_mass_matrix(data: ModelData) -> None:
         (q0 + rng.uniform(-0.5, 0.5, q0.size), v0 + rng.uniform(-0.5, 0.5, v0.size))
         for _ in range(_PROBES)
     ]
-    singular = [_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws]
-    if singular[0] is None:
+    found = _singular_direction(np.asarray(M(t0, q0, v0, par)))
+    if found is None:
         _check_sign(data, np.asarray(M(t0, q0, v0, par)))
         return
+    singular = [found, *(_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws[1:])]
     names = [data.velocities[k] for k in singular[0]]
     where = (
         "at every state tried" if all(s is not None for s in singular) else "at the initial state"

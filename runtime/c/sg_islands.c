@@ -168,9 +168,11 @@ static int sg_step_islands(SG(state) * s, SG(work) * w, SG(info) * info, const S
     w->staged = 1;
     for (part = 0; part < SG_N_PARTS; ++part) {
         int status;
-        sg_enter_part(w, s, &s->part[part], part);
+        w->trial = s->part[part];
+        sg_enter_part(w, s, &w->trial, part);
+        w->next[part] = w->trial;
         sg_reset_report(&w->report, sg_n_contacts(w), sg_n_R(w));
-        status = sg_step_part(&s->part[part], w, &w->report, par, opt, h);
+        status = sg_step_part(&w->next[part], w, &w->report, par, opt, h);
         if (status != SG_K(OK)) {
             const int used = info->iterations + w->report.iterations;
             sg_reset_info(info);

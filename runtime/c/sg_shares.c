@@ -15,7 +15,9 @@ enum {
     SG_OF_CONTACTS,
     SG_OF_BOUNDS,
     SG_OF_COMPLIANCES,
-    SG_OF_R
+    SG_OF_R,
+    SG_OF_POINTS,
+    SG_OF_AXES
 };
 
 /* Numbers of a vector of the model that belong to a part. */

@@ -108,11 +108,10 @@ static void sg_tick(SG(state) * to, const SG(state) * s, real h) {
     to->t = to->t_grid + to->n_grid * h;
 }
 
-/* The step of one part from its state *s, which stays; the end stands in w->trial. */
+/* The step of one part from w->trial, where its end will stand, too; *s is the same and stays. */
 static int sg_step_part(const SG(part) * s, SG(work) * w, SG(report) * info, const SG(params) * par,
                         const SG(options) * opt, real h) {
     int status;
-    w->trial = *s;
     w->found.stuck = -1;
 #if SG_LOCATED
     w->segment.held = 0;
@@ -159,6 +158,7 @@ static int sg_take_step(SG(state) * s, SG(work) * w, SG(info) * info, const SG(p
 #if SG_N_PARTS > 1
     status = sg_step_islands(s, w, info, par, opt, h);
 #else
+    w->trial = *s;
     status = sg_step_part(s, w, info, par, opt, h);
 #endif
     if (status != SG_K(OK)) {

@@ -94,7 +94,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         before = state;
         if (byte() % 16 == 0) {
             /* a guess out of nowhere */
-            for (j = 0; j < SG_N_X_TOTAL; ++j) {
+            for (j = 0; j < (int)(sizeof state.x / sizeof state.x[0]); ++j) {
                 state.x[j] = number(10.0);
             }
             before = state;

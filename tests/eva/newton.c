@@ -3,6 +3,8 @@
 #include "__fc_builtin.h"
 #include "m.c"
 
+#include "../c/sizes.h"
+
 static m_work work;
 static m_info info;
 
