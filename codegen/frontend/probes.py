@@ -137,11 +137,9 @@ def check_mass_matrix(data: ModelData) -> None:
     if found is None:
         _check_sign(data, np.asarray(M(t0, q0, v0, par)))
         return
-    singular = [found, *(_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws[1:])]
-    names = [data.velocities[k] for k in singular[0]]
-    where = (
-        "at every state tried" if all(s is not None for s in singular) else "at the initial state"
-    )
+    others = [_singular_direction(np.asarray(M(t0, q, v, par))) for q, v in draws[1:]]
+    names = [data.velocities[k] for k in found]
+    where = "at every state tried" if all(s is not None for s in others) else "at the initial state"
     raise ModelError(
         data.name,
         equation,
