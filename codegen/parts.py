@@ -14,6 +14,7 @@ from signorini.codegen.graph import Operations
 
 _SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
 _MULTIPLES = (ca.OP_NEG, ca.OP_TWICE)
+_REST = -1  # what of L moves with no part
 _LINEAR = frozenset({*_SUMS, *_MULTIPLES, ca.OP_MUL, ca.OP_DIV})
 
 
@@ -64,15 +65,20 @@ class Composition:
     @property
     def names(self) -> tuple[str, ...]:
         """A name of C for each kind: that of its first part."""
-        first = [self.parts[self.kind_of.index(k)] for k in range(len(self.kinds))]
-        return tuple(_spelled(part) for part in first)
+        found: list[str] = []
+        for k in range(len(self.kinds)):
+            name = _spelled(self.parts[self.kind_of.index(k)])
+            found.append(f"{name}_{k}" if name in found else name)
+        return tuple(found)
 
 
 def compose(data: ModelData) -> Composition:
     """The parts of a model and their kinds; a single part is the model itself."""
     parts = _parts(data)
+    # the coefficients of all slip rows are one array or none, so is what an impact gives back
     elliptic = {any(c.mu_F is not None for c in part.data.contacts) for part in parts}
-    if len(elliptic) > 1:  # the coefficients of all slip rows are one array or none
+    poisson = {any(c.poisson for c in part.data.contacts) for part in parts}
+    if len(elliptic) > 1 or len(poisson) > 1:
         parts = (_whole(data),)
     kinds: list[ModelData] = []
     found: dict[object, int] = {}
@@ -97,10 +103,9 @@ def _moves_with_one(parts: Sequence[Part]) -> bool:
 
 
 def _spelled(part: Part) -> str:
-    """The name of a part, if C can have it beside the names of a step's scratch."""
-    name = part.name if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", part.name) else ""
-    name = name or part.data.coordinates[0]
-    return f"{name}_part" if name in ("q", "v", "R", "p", "look", "sg") else name
+    """The name of a part as C can have it: nothing else begins like this."""
+    is_name = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", part.name)
+    return f"of_{part.name if is_name else part.data.coordinates[0]}"
 
 
 class _Joined:
@@ -262,7 +267,8 @@ class _Share:
             if key in self._of_term:
                 done[key] = {self._of_term[key]: x}
             elif x.is_constant() or x.is_symbolic() or x.op() not in _LINEAR:
-                done[key] = {}  # a number, or what depends on parameters and time alone
+                # a number, or what depends on parameters and time alone
+                done[key] = {} if x.is_zero() else {_REST: x}
             else:
                 deps = [x.dep(k) for k in range(x.n_dep())]
                 waiting = [d for d in deps if d.element_hash() not in done]
@@ -276,26 +282,34 @@ class _Share:
     def _combine(
         self, x: ca.SX, deps: list[ca.SX], shares: list[dict[int, ca.SX]]
     ) -> dict[int, ca.SX]:
+        moving = [set(share) - {_REST} for share in shares]
+        if not any(moving):
+            return {_REST: x}
         if x.op() in _MULTIPLES:
             negative = x.op() == ca.OP_NEG
             return {part: -share if negative else 2 * share for part, share in shares[0].items()}
         if x.op() == ca.OP_DIV:
             return {part: share / deps[1] for part, share in shares[0].items()}
         if x.op() == ca.OP_MUL:
-            which = 0 if shares[0] else 1
+            which = 0 if moving[0] else 1
             other = deps[1 - which]
             return {
                 part: share * other if which == 0 else other * share
                 for part, share in shares[which].items()
             }
         sign = _SUMS[x.op()]
-        total = dict(shares[0])
-        for part, share in shares[1].items():
-            if part in total:
-                total[part] = total[part] + share if sign > 0 else total[part] - share
+        left, right = (dict(share) for share in shares)
+        # what does not move belongs to the part that it is added to, if that is one
+        if not moving[0] and len(moving[1]) == 1 and left:
+            left = {next(iter(moving[1])): left[_REST]}
+        if not moving[1] and len(moving[0]) == 1 and right:
+            right = {next(iter(moving[0])): right[_REST]}
+        for part, share in right.items():
+            if part in left:
+                left[part] = left[part] + share if sign > 0 else left[part] - share
             else:
-                total[part] = share if sign > 0 else -share
-        return total
+                left[part] = share if sign > 0 else -share
+        return left
 
 
 def _cut(
@@ -306,8 +320,11 @@ def _cut(
 ) -> tuple[Part, ...]:
     of_rows, of_contacts = members
     L = _Share(joined, terms).of(data.L)
+    rest = L.pop(_REST, None)
     forces = ca.densify(data.f)
     roots = sorted({joined.of(k) for k in range(data.n_q)})
+    if rest is not None:  # it moves nothing, but the energy has it
+        L[roots[0]] = L[roots[0]] + rest if roots[0] in L else rest
     n_b = data.n_g + data.n_gamma
     rows_of: dict[int, list[int]] = {root: [] for root in roots}
     contacts_of: dict[int, list[int]] = {root: [] for root in roots}

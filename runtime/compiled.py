@@ -22,9 +22,8 @@ class _Places:
     whole: int
 
     @classmethod
-    def of(cls, members: Sequence[int], width: int, count: int, size: int) -> "_Places":
-        """`count` numbers in blocks of `size`; the model has blocks of `width`."""
-        blocks = count // size if size else 0
+    def of(cls, members: Sequence[int], width: int, blocks: int) -> "_Places":
+        """The members of each of some blocks; the model has blocks of `width`."""
         own = [block * width + k for block in range(blocks) for k in members]
         return cls(np.array(own, dtype=int), blocks * width)
 
@@ -321,8 +320,11 @@ class Compiled:
         x, R, u = given
         state, params, options, h = at
         n_q, n_R = kind["sizes"]["n_q"], kind["sizes"]["n_R"]
-        unknowns = _Places.of(places["coordinates"], n["n_q"], kind["sizes"]["n_x_total"], n_q)
-        percussions = _Places.of(places["rows"], n["n_R"], kind["sizes"]["n_rows_total"], n_R)
+        problems = kind["problems"]
+        velocities = sum(p["n_x"] // n_q for p in problems)
+        unknowns = _Places.of(places["coordinates"], n["n_q"], velocities)
+        slots = sum(p["n_slots"] for p in problems)
+        percussions = _Places.of(places["rows"], n["n_R"], slots)
         arrays = [lib.array(a) for a in (u, x[unknowns.own], R[percussions.own])]
         number_of = (part,) if len(self.manifest["parts"]) > 1 else ()
         status = lib.call["problem"](
@@ -341,8 +343,8 @@ class Compiled:
         if status > SUCCESS:
             raise RunError(f"problem '{p['name']}': {lib.status_texts[status]}")
         n_x, n_rows, tables = p["n_x"], p["n_slots"] * n_R, p["tables"]
-        smooth = _Places.of(places["coordinates"], n["n_q"], n_x, n_q)
-        rows = _Places.of(places["rows"], n["n_R"], n_rows, n_R)
+        smooth = _Places.of(places["coordinates"], n["n_q"], n_x // n_q)
+        rows = _Places.of(places["rows"], n["n_R"], p["n_slots"])
 
         def take(field: Any, count: int) -> np.ndarray:
             return lib.kept(field)[:count]

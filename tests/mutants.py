@@ -275,7 +275,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a difference of L is a sum in its parts", "codegen/parts.py", "total[part] = share if sign > 0 else -share", "total[part] = share"),
     Mutant("parts move at the velocities of the first coordinates", "runtime/c/sg_islands.c", "own->v[j] = s->v[at[j]];", "own->v[j] = s->v[j];"),
     Mutant("percussions of the parts are mixed up", "runtime/c/sg_islands.c", "info->P[rows[k]] = own->P[k];", "info->P[k] = own->P[k];"),
-    Mutant("events of parts are not in the order of time", "runtime/c/sg_islands.c", "for (; k < SG_N_EVENTS && k > 0 && info->events[k - 1].t > event.t; --k) {", "for (; k < 0; --k) {"),
+    Mutant("events of parts are not in the order of time", "runtime/c/sg_islands.c", "k > 0 && info->events[k - 1].t > event.t; --k) {", "k < 0; --k) {"),
     Mutant("events of parts are those of the first contacts", "runtime/c/sg_islands.c", "event.contact = contacts[event.contact];", "event.contact = contacts[0];"),
     Mutant("the stages of parts are mixed up", "runtime/c/sg_islands.c", "w->stage_q[i * SG_N_Q + at[j]]", "w->stage_q[i * SG_N_Q + j]"),
     Mutant("columns of a part are turned round", "runtime/c/sg_shares.c", "to[row[i] * width + column[j]] += from[i * n + j];", "to[row[i] * width + column[j]] += from[i * n + (n - 1 - j)];"),

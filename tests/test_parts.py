@@ -152,6 +152,56 @@ def test_boxes_in_space_move_as_if_alone(count: int, events: str) -> None:
     same_as_alone(together, lambda name: single, q0, v0, events, 200)
 
 
+def assorted(compliant: bool) -> sg.Model:
+    """A free coordinate first, a linkage without contacts, a rigid and a yielding body, a body
+    called like a variable of C; terms of L that move nothing."""
+    m = sg.Model("assorted", symbols="casadi")
+    (free,) = m.coordinates("free")
+    x, y = m.coordinates("x y")
+    (part,) = m.coordinates("part")
+    (soft,) = m.coordinates("soft")
+    rate, u, v, w, s = m.velocities
+    (length,) = m.parameters(length=0.5)
+    (push,) = m.inputs("push")
+    m.lagrangian = (
+        (rate**2 + u**2 + v**2 + 2 * w**2 + s**2) / 2
+        - 9.81 * (part - length)
+        - 3 * (1 - ca.cos(free))
+        - (soft - 0.3) * 9.81
+        + ca.sin(m.time) * length
+        + 7
+    )
+    m.force({"free": push, "x": -0.1 * u})
+    m.constraint("rod", x**2 + y**2 - 1)
+    m.contact("hard", g_N=part, e_N=0.5)
+    m.contact("pad", g_N=soft, compliance=1e-3 if compliant else None, e_N=0)
+    m.friction("rub", gamma_F=s, bound=0.2)
+    m.initial_state(q=[0.1, 1.0, 0.0, 0.3, 0.2], v=[0.0, 0.0, 0.7, 0.0, 0.0])
+    return m
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("compliant", "options"),
+    [(True, {}), (False, {"events": "located"}), (False, {"scheme": "moreau"})],
+)
+def test_assorted_parts_are_checked(compliant: bool, options: dict[str, str]) -> None:
+    """Also the energy, of which a part has what moves with it, and the first what moves nothing."""
+    m = assorted(compliant)
+    report = sg.check(m, stages=[2], **options)
+    assert report.ok, str(report)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["gcc", "g++", "clang"])
+def test_no_warnings_in_assorted_parts(name: str, tmp_path: Path) -> None:
+    folder = sg.generate(assorted(False), tmp_path / "m", stages=2, events="located")
+    flags = STRICT if name != "g++" else [f for f in STRICT if "prototypes" not in f][1:]
+    how = ["-x", "c++", "-std=c++11"] if name == "g++" else []
+    for file in ("assorted.c", "assorted_model.c"):
+        run(compiler(name), *flags, *how, "-c", file, "-o", "x.o", cwd=folder)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["gcc", "g++", "clang"])
 def test_no_warnings_in_models_of_several_parts(name: str, tmp_path: Path) -> None:

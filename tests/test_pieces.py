@@ -36,11 +36,11 @@ def test_a_function_in_pieces_computes_the_same(
             for piece in own
             for section in piece.sections
             for line in section.lines
-            if not re.match(r"s\[\d+\] = \w+;$", line)
+            if not re.match(r"terms_between\[\d+\] = \w+;$", line)
         ]
         f = before[name]
         assert statements == [*f.temporaries, *(line for s in f.sections for line in s.lines)]
-    assert any("s[" in alias for f in after.values() for alias in f.aliases)
+    assert any("terms_between[" in alias for f in after.values() for alias in f.aliases)
     sg.generate(mixed_contacts(), tmp_path / "whole", stages=2)
     folder = tmp_path / "cut"
     folder.mkdir()

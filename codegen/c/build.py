@@ -263,7 +263,8 @@ class _Builder:
         most = largest(each)
         own = tuple(s for name in files for s in scratch(runtime_file(name), most, name))
         used = [Scratch(f"{k.name}_" if k.name else "", k.plan) for k in kinds]
-        self.structs = structs(data, used, self.sizes, most, own)
+        self.adaptive = all(kind.plan.adaptive for kind in kinds)
+        self.structs = structs(data, used, self.sizes, most, own, self.adaptive)
         known = {s.name for s in self.structs}
         self.builders: list[KindBuilder] = []
         self.kinds: list[KindSpec] = []
@@ -278,7 +279,7 @@ class _Builder:
     def spec(self) -> EmitSpec:
         data, plan = self.data, self.plan
         functions, shared, zeros = self._functions()
-        files = runtime_order(_files(plan))
+        files = runtime_order(_files(plan, self.adaptive))
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -319,7 +320,7 @@ class _Builder:
             initial_state=self.writer.initial_state(),
             index_type=_index_type([values for kind in self.kinds for _, values in kind.tables]),
             curves=curves,
-            adaptive=all(builder.plan.adaptive for builder in self.builders),
+            adaptive=self.adaptive,
             forward=self._forward(),
             polynomials=self._polynomials(),
             types=runtime_source(files[:behind]),
@@ -390,7 +391,10 @@ class _Builder:
 
     def _is_shared(self, name: str) -> bool:
         """Whether the parts have shares of a function that the kinds give."""
-        return name != "shapes" or bool(self.composition and self.composition.drawn_alike)
+        if name != "shapes":
+            return True
+        moves = any(part.shares[SPACES.index("points")] for part in self.parts)
+        return moves and bool(self.composition and self.composition.drawn_alike)
 
     def _fixed_points(self, arguments: tuple[str, ...]) -> CFunction:
         """The points that are drawn and move with no part."""
@@ -448,9 +452,9 @@ def _parts(composition: Composition, data: ModelData) -> tuple[PartSpec, ...]:
     )
 
 
-def _files(plan: Scheme) -> tuple[str, ...]:
+def _files(plan: Scheme, adaptive: bool) -> tuple[str, ...]:
     """What the stepper of a scheme is made of."""
-    files = (*(LOCATED if plan.located else RUNTIME), *(ADAPTIVE if plan.adaptive else ()))
+    files = (*(LOCATED if plan.located else RUNTIME), *(ADAPTIVE if adaptive else ()))
     if plan.forward:
         files = (*files, *(FORWARD_LOCATED if plan.located else ()), *FORWARD)
     return files

@@ -293,7 +293,7 @@ def together(kinds: Sequence[Sizes], kind_of: Sequence[int], data: ModelData) ->
     """Sizes of a model of several parts: scratch is that of the largest."""
     total = {name: sum(getattr(kinds[k], name) for k in kind_of) for name in _OF_MODEL}
     n = replace(largest(kinds), **total, n_outputs=len(data.outputs), n_parts=len(kind_of))
-    return replace(n, n_u=len(data.inputs))
+    return replace(n, n_u=len(data.inputs), n_events=n.n_events * len(kind_of))
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,11 +306,17 @@ class Scratch:
 
 
 def structs(
-    data: ModelData, kinds: Sequence[Scratch], n: Sizes, most: Sizes, scratch: tuple[Struct, ...]
+    data: ModelData,
+    kinds: Sequence[Scratch],
+    n: Sizes,
+    most: Sizes,
+    scratch: tuple[Struct, ...],
+    adaptive: bool,
 ) -> tuple[Struct, ...]:
     """All structs, in the order in which C must see them.
 
-    `n` are the sizes of the model, `most` those of its largest part; `scratch` is the runtime's.
+    `n` are the sizes of the model, `most` those of its largest part; `scratch` is the runtime's,
+    `adaptive` says whether a tolerance can choose step sizes.
     """
     scheme = kinds[0].scheme
     params = tuple(
@@ -332,7 +338,7 @@ def structs(
     if scheme.located:
         options += (
             Field("events", "int", (), "EVENTS_CAPTURED or EVENTS_LOCATED"),
-            Field("max_events", "int", (), f"events of a step, at most {n.n_events}"),
+            Field("max_events", "int", (), f"events of a step, at most {most.n_events}"),
         )
     event = (
         Field("t", "real", (), "its time: the end of the step where that is captured"),
@@ -443,7 +449,7 @@ def structs(
             "Buffers of the caller for many steps; a row stands for `every` steps.",
             record,
         ),
-        *((Struct("control", "How exact steps are to be.", control),) if scheme.adaptive else ()),
+        *((Struct("control", "How exact steps are to be.", control),) if adaptive else ()),
         *(adjoint if scheme.forward else ()),
         *points,
         Struct("consistency", "Constraints and gaps at the start.", consistency),

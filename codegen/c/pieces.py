@@ -10,6 +10,7 @@ LONGEST = 2400  # lines of a function that is left in one piece
 _PIECE = 300  # lines of a piece
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _DEFINES = re.compile(r"const real (\w+) =")
+_OTHER = re.compile(r"const (?!real \w+ =)")  # truth values and cells of tables are not handed on
 
 
 def in_pieces(f: CFunction, prefix: str) -> tuple[CFunction, ...]:
@@ -30,7 +31,9 @@ def in_pieces(f: CFunction, prefix: str) -> tuple[CFunction, ...]:
     for section in f.sections:
         equations.append((len(statements), section))
         statements += _statements(section.lines)
-    if sum(len(s) for s in statements) <= LONGEST:
+    if sum(len(x) for x in statements) <= LONGEST or any(
+        _OTHER.match(x[0].strip()) for x in statements
+    ):
         return (f,)
     pieces = list(_cut(statements))
     defined = {m[1]: k for k, piece in enumerate(pieces) for m in _definitions(piece)}
@@ -40,6 +43,9 @@ def in_pieces(f: CFunction, prefix: str) -> tuple[CFunction, ...]:
         name for name, k in defined.items() if any(name in used for used in uses[k + 1 :])
     )
     place = {name: i for i, name in enumerate(crossing)}
+    s = "terms_between"
+    while s in set().union(*uses) | set(aliases):
+        s += "_"
     made = []
     at = 0
     for k, piece in enumerate(pieces):
@@ -48,30 +54,30 @@ def in_pieces(f: CFunction, prefix: str) -> tuple[CFunction, ...]:
         kept = [n for n in crossing if defined[n] == k]
         own = [a for name, a in aliases.items() if name in used]
         lines = [line for statement in piece for line in statement]
-        lines += [f"s[{place[name]}] = {name};" for name in kept]
-        whole = _words([[*own, *lines]]) | ({"s"} if read else set())
+        lines += [f"{s}[{place[name]}] = {name};" for name in kept]
+        whole = _words([[*own, *lines]]) | ({s} if read else set())
         made.append(
             replace(
                 f,
                 name=f"{f.name}_{k + 1}",
                 doc=(f"piece {k + 1} of {len(pieces)}",),
-                parameters=(*f.parameters, CParameter("s", array=True, const=False)),
+                parameters=(*f.parameters, CParameter(s, array=True, const=False)),
                 unused=tuple(p.name for p in f.parameters if p.name not in whole)
-                + (() if "s" in whole else ("s",)),
-                aliases=(*own, *(f"const real {name} = s[{place[name]}];" for name in read)),
+                + (() if s in whole else (s,)),
+                aliases=(*own, *(f"const real {name} = {s}[{place[name]}];" for name in read)),
                 temporaries=(),
                 sections=(Section(_title(equations, at, f), (), tuple(lines)),),
                 operations=-1,
             )
         )
         at += len(piece)
-    arguments = ", ".join([*(p.name for p in f.parameters), "s"])
+    arguments = ", ".join([*(p.name for p in f.parameters), s])
     calls = tuple(f"{prefix}_{piece.name}({arguments});" for piece in made)
     fills = tuple(fill for section in f.sections for fill in section.fills)
     body = replace(
         f,
         unused=(),
-        aliases=(f"real s[{max(len(crossing), 1)}];",),
+        aliases=(f"real {s}[{max(len(crossing), 1)}];",),
         temporaries=(),
         sections=(Section("piece by piece", fills, calls),),
         scratch=len(crossing),

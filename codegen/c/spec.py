@@ -39,7 +39,7 @@ _MODEL_MACROS = (
 )
 _TEMPLATE_MACROS = (
     *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_MOST_Q"),
-    "SG_MOST_CONTACTS",
+    *("SG_MOST_CONTACTS", "SG_MOST_EVENTS"),
     *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED", "SG_DERIVATIVES"),
 )
 
@@ -190,7 +190,7 @@ class KindSpec:
         n = self.sizes
         return (
             *(n.n_q, n.n_g, n.n_gamma, n.n_N, n.n_F, n.n_R, n.n_contacts, n.n_bounds),
-            *(n.n_compliance, n.n_key, n.n_terms),
+            *(n.n_compliance, n.n_loads, n.n_key, n.n_terms),
             *(int(n.spatial), int(self.mobility), DIRECTIONS),
         )
 

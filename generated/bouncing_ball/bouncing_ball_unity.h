@@ -55,6 +55,7 @@
 #undef SG_LOCATED
 #undef SG_LOCATE_ROUNDS
 #undef SG_MOST_CONTACTS
+#undef SG_MOST_EVENTS
 #undef SG_MOST_HALVINGS
 #undef SG_MOST_Q
 #undef SG_MOST_STATES

@@ -43,7 +43,8 @@ typedef struct {
    turn back. Of its rows: which normal rows are velocities, which rows yield; of its contacts:
    which restitution is Poisson's. NULL where the model has none of these. */
 typedef struct {
-    int n_q, n_g, n_gamma, n_N, n_F, n_R, n_contacts, n_bounds, n_compliance, n_key, n_terms;
+    int n_q, n_g, n_gamma, n_N, n_F, n_R, n_contacts, n_bounds, n_compliance, n_loads, n_key,
+        n_terms;
     int spatial, mobility, directions;
     sg_factors mass;
     sg_rows direction;

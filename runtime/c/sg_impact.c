@@ -20,7 +20,7 @@ static void sg_forward_place(SG(work) * w, const SG(params) * par, const SG(opti
 static void sg_tell(const SG(work) * w, SG(report) * info, real t, int k, int kind, real energy,
                     const real P[]) {
     const sg_contact *contact = sg_contact_at(w, k);
-    if (info->n_events < SG_N_EVENTS) {
+    if (info->n_events < SG_MOST_EVENTS) {
         SG(event) *event = &info->events[info->n_events];
         int d;
         event->t = t;

@@ -69,22 +69,15 @@ static void sg_enter_part(SG(work) * w, const SG(state) * s, SG(part) * own, int
 /* Events of a part among those of the step, by their times. */
 static void sg_merge_events(SG(info) * info, const SG(report) * own, const int *contacts) {
     int i, k;
-    for (i = 0; i < own->n_events && i < SG_N_EVENTS; ++i) {
+    for (i = 0; i < own->n_events && i < SG_MOST_EVENTS; ++i) {
         SG(event) event = own->events[i];
         event.contact = contacts[event.contact];
-        k = info->n_events < SG_N_EVENTS ? info->n_events : SG_N_EVENTS;
-        if (k == SG_N_EVENTS && info->events[k - 1].t > event.t) {
-            --k; /* the latest of them gives way */
-        }
-        for (; k < SG_N_EVENTS && k > 0 && info->events[k - 1].t > event.t; --k) {
+        for (k = info->n_events; k > 0 && info->events[k - 1].t > event.t; --k) {
             info->events[k] = info->events[k - 1];
         }
-        if (k < SG_N_EVENTS) {
-            info->events[k] = event;
-        }
+        info->events[k] = event;
         ++info->n_events;
     }
-    info->n_events += own->n_events - i;
 }
 #endif
 

@@ -109,7 +109,7 @@ static inline int sg_yields(const SG(work) * w, int c) {
 /* How row k of the rows of all problems yields to its own percussion, besides the bodies. */
 static inline real sg_compliance(const SG(work) * w, int k) {
 #if SG_N_COMPLIANCE > 0
-    return w->compliance[k];
+    return sg_kind_of(w)->n_compliance > 0 ? w->compliance[k] : SG_C(0.0);
 #else
     (void)w;
     (void)k;

@@ -11,7 +11,7 @@
 /* 1 if contact k gives back what it was compressed by. */
 static int sg_rebounds(const SG(work) * w, const sg_problem *pr, int k) {
     const int base = (pr->n_slots - 1) * sg_n_R(w);
-    return sg_poisson[k] && w->found.active[k] && w->e_N[k] > SG_C(0.0) &&
+    return sg_kind_of(w)->poisson[k] && w->found.active[k] && w->e_N[k] > SG_C(0.0) &&
            w->R[pr->R + base + sg_first_normal(w) + sg_contact_at(w, k)->normal] > SG_C(0.0);
 }
 

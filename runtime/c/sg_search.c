@@ -5,12 +5,12 @@
    friction under load, whose radius is not linear in the percussions, so that paths may end nowhere
    although a solution is there. */
 
-#define SG_SEARCHED (SG_N_LOADS > 0 && !SG_SPATIAL)
+#define SG_SEARCHED (SG_N_LOADS > 0)
 
 /* 1 if friction under load takes part in a planar problem. */
 static int sg_is_searched(const SG(work) * w, const sg_problem *pr) {
     int k;
-    for (k = 0; k < sg_n_contacts(w) && SG_SEARCHED; ++k) {
+    for (k = 0; k < sg_n_contacts(w) && SG_SEARCHED && !sg_is_spatial(w); ++k) {
         if (sg_contact_at(w, k)->loads > 0 && sg_joins(w, pr, k) && sg_rubbing(w, k) > 0) {
             return 1;
         }

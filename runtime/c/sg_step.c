@@ -82,7 +82,7 @@ static int sg_are_options(const SG(options) * opt) {
 #if SG_LOCATED
            && (opt->events == SG_K(EVENTS_CAPTURED) ||
                (opt->events == SG_K(EVENTS_LOCATED) && opt->scaling == SG_K(SCALING_ROWS))) &&
-           opt->max_events >= 1 && opt->max_events <= SG_N_EVENTS
+           opt->max_events >= 1 && opt->max_events <= SG_MOST_EVENTS
 #endif
         ;
 }

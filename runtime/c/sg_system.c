@@ -150,7 +150,7 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
     int n = 0;
     int slot, c, d, k;
     /* friction sees the percussions that press it */
-    condensed = condensed && SG_N_LOADS == 0;
+    condensed = condensed && sg_kind_of(w)->n_loads == 0;
     if (!sg_factor_smooth(w, problem, condensed)) {
         return -1;
     }
