@@ -272,7 +272,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("contacts do not couple", "codegen/parts.py", "for members in (*blocks, *contacts):\n        joined.join", "for members in blocks:\n        joined.join"),
     Mutant("forces do not couple", "codegen/parts.py", "joined.join({k} | depends.of(forces[k]))", "joined.join({k})"),
     Mutant("parts with other numbers are of one kind", "codegen/parts.py", "symbols[int(number)] if op == ca.OP_INPUT else number)", "symbols[int(number)] if op == ca.OP_INPUT else 0.0)"),
-    Mutant("a difference of L is a sum in its parts", "codegen/parts.py", "total[part] = share if sign > 0 else -share", "total[part] = share"),
+    Mutant("a difference of L is a sum in its parts", "codegen/parts.py", "left[part] = share if sign > 0 else -share", "left[part] = share"),
     Mutant("parts move at the velocities of the first coordinates", "runtime/c/sg_islands.c", "own->v[j] = s->v[at[j]];", "own->v[j] = s->v[j];"),
     Mutant("percussions of the parts are mixed up", "runtime/c/sg_islands.c", "info->P[rows[k]] = own->P[k];", "info->P[k] = own->P[k];"),
     Mutant("events of parts are not in the order of time", "runtime/c/sg_islands.c", "k > 0 && info->events[k - 1].t > event.t; --k) {", "k < 0; --k) {"),
@@ -280,4 +280,6 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("the stages of parts are mixed up", "runtime/c/sg_islands.c", "w->stage_q[i * SG_N_Q + at[j]]", "w->stage_q[i * SG_N_Q + j]"),
     Mutant("columns of a part are turned round", "runtime/c/sg_shares.c", "to[row[i] * width + column[j]] += from[i * n + j];", "to[row[i] * width + column[j]] += from[i * n + (n - 1 - j)];"),
     Mutant("the stable step is that of the last part", "runtime/c/sg_stable.c", "stable = own < stable ? own : stable;", "stable = own;"),
+    Mutant("a rigid part yields like another", "runtime/c/sg_part.h", "return sg_kind_of(w)->n_compliance > 0 ? w->compliance[k] : SG_C(0.0);", "return w->compliance[k];"),
+    Mutant("what moves nothing is not in the energy", "codegen/parts.py", "L[roots[0]] = L[roots[0]] + rest if roots[0] in L else rest", "pass"),
 )  # fmt: skip
