@@ -186,7 +186,8 @@ SLOWER = re.compile(
             r"test_check.py::test_models_pass\[trap_models.mixed_contacts",
             r"test_poisson.py::test_what_check_says_of_poissons_law\[options1",
             r"test_parts.py::test_boxes_in_space.*(2|64)\]",
-            r"test_parts.py::test_models_of_several_parts_are_checked\[options[12]",
+            r"test_parts.py::test_models_of_several_parts_are_checked",
+            r"test_parts.py::test_assorted_parts_are_checked\[False",
         )
     )
 )
