@@ -180,6 +180,22 @@ def assorted(compliant: bool) -> sg.Model:
     return m
 
 
+def test_kinds_that_have_nothing_of_a_function(stepper: Callable[..., sg.Stepper]) -> None:
+    """A linkage has no force of L: its rows are zero, whatever stands beside them."""
+    together = stepper(assorted_yielding, 2)
+    t, q, v = together.initial_state()
+    expected = np.array([-3 * np.sin(q[0]), 0.0, 0.0, -9.81, -9.81])
+    np.testing.assert_allclose(together.evaluate("L_q", t, q, v), expected, atol=1e-14)
+    np.testing.assert_array_equal(together.evaluate("e_N", t, q), [0.5, 0.0, 0.0])
+    data = freeze(assorted_yielding())
+    L = ca.Function("L", [data.t, data.q, data.v, data.par], [data.L])
+    assert together.evaluate("L", 0.3, q, v) == pytest.approx(float(L(0.3, q, v, 0.5)), rel=1e-14)
+
+
+def assorted_yielding() -> sg.Model:
+    return assorted(True)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("compliant", "options"),

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
 from signorini.codegen.c.functions import CFunction, CParameter, Section, equation_of
 from signorini.codegen.c.kind import KindBuilder
 from signorini.codegen.c.share import SharedFunction
@@ -117,7 +116,8 @@ def shared_function(
     }
     taken = [("q", "q"), ("v", "q"), ("R", "R")]
     buffers = [(a, most[space]) for a, space in taken if a in arguments]
-    buffers.append(("out", max((int(np.prod(f.shape)) for _, f in kinds), default=1)))
+    # also of kinds that have nothing but zeros of it
+    buffers.append(("out", max(1, *(b.kind.d[name].numel() for b in builders))))
     parameters = tuple(
         CParameter("par", struct="params") if a == "par" else CParameter(a, array=a != "t")
         for a in arguments
