@@ -97,7 +97,10 @@ def same_as_alone(
     finite = [s.smallest_gap for s in singles]
     np.testing.assert_array_equal(traj.smallest_gap, np.min(finite, axis=0))
     times = sorted(event.t for s in singles for event in s.events)
-    assert [event.t for event in traj.events] == times
+    found = [event.t for event in traj.events]
+    assert sorted(found) == times
+    # but for the rounding of t + h at the end of a step
+    assert len(found) < 2 or np.diff(found).min() >= -1e-12
     seen = {(event.t, event.kind, event.contact[2:]) for s in singles for event in s.events}
     assert {(event.t, event.kind, event.contact[2:]) for event in traj.events} == seen
     return singles

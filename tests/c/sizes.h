@@ -5,7 +5,7 @@
 #define SG_N_X_TOTAL ((int)(sizeof(((SG(work) *)0)->x) / sizeof(double)))
 #endif
 #ifndef SG_N_ROWS_TOTAL
-#define SG_N_ROWS_TOTAL ((int)(sizeof(((SG(work) *)0)->R) / sizeof(double)))
+#define SG_N_ROWS_TOTAL (SG_N_R > 0 ? (int)(sizeof(((SG(work) *)0)->R) / sizeof(double)) : 0)
 #endif
 #ifndef SG_N_BOUNDS
 #define SG_N_BOUNDS (sg_kinds[0].n_bounds)
