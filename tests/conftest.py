@@ -188,7 +188,6 @@ SLOWER = re.compile(
             r"test_parts.py::test_boxes_in_space.*(2|64)\]",
             r"test_parts.py::test_models_of_several_parts_are_checked",
             r"test_parts.py::test_assorted_parts_are_checked\[False",
-            r"test_c_units.py::test_branches",
         )
     )
 )

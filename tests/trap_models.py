@@ -357,6 +357,21 @@ def laws() -> sg.Model:
     return m
 
 
+def ratchet() -> sg.Model:
+    """A wheel that turns one way beside a slider with a stop: velocities and gaps among the normal
+    rows."""
+    m = sg.Model("ratchet", symbols="casadi")
+    phi, x = m.coordinates("phi x")
+    w, u = m.velocities
+    J, k = m.parameters(J=0.7, k=4.0)
+    m.lagrangian = J * (w**2 + u**2 + 0.3 * w * u * ca.cos(phi)) / 2 - k * (phi - x) ** 2 / 2
+    m.contact("stop", g_N=0.3 - x + 0.05 * ca.sin(phi), gamma_F=w, mu=0.3, e_N=0.4)
+    m.one_way("pawl", w + 0.1 * ca.sin(x) * u)
+    m.contact("wall", g_N=0.4 + x, e_N=0.5)
+    m.initial_state(q=[0.0, 0.1], v=[0.5, 0.8])
+    return m
+
+
 def yielding() -> sg.Model:
     """A box that lands on compliant corners, on a compliant tether, before a rigid wall."""
     m = sg.Model("yielding")

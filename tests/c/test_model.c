@@ -360,6 +360,25 @@ static void test_least_norm(void) {
     }
 }
 
+/* Which percussion rows stand for gaps, group by group: g, gamma, N, F. */
+static void test_gaps_among_rows(void) {
+    const int first[] = {0, SG_N_G, SG_N_G + SG_N_GAMMA, SG_N_G + SG_N_GAMMA + SG_N_N, SG_N_R};
+    int problem, slot, group, c;
+    for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
+        const sg_problem *pr = &sg_problems[problem];
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            for (group = 0; group < 4; ++group) {
+                for (c = first[group]; c < first[group + 1]; ++c) {
+                    const int *one_way = sg_kinds[0].one_way;
+                    const int place =
+                        group == 0 || (group == 2 && (one_way == NULL || !one_way[c - first[2]]));
+                    ENSURE(sg_is_gap(&work, pr, slot, c) == (place && slot < pr->gap_slots));
+                }
+            }
+        }
+    }
+}
+
 #include "test_kept.h"
 #include "test_refusals.h"
 #include "test_records.h"
@@ -374,6 +393,7 @@ int main(void) {
     test_linearised();
     test_eliminations_agree();
     test_ends();
+    test_gaps_among_rows();
     test_last_attempt();
     test_checker();
     test_axes();

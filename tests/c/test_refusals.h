@@ -206,7 +206,15 @@ static void test_inconsistent_starts(void) {
     }
     for (k = 0; k < SG_N_CONTACTS && SG_NORMAL == 0; ++k) {
         const int n = sg_contacts[k].normal;
-        if (n >= 0) {
+        if (n >= 0 && !sg_is_place(&work, n)) {
+            /* what goes one way may begin backwards: it is struck */
+            double moved[SG_N_Q];
+            direction(n, row);
+            for (j = 0; j < SG_N_Q; ++j) {
+                moved[j] = v[j] - 3.0 * row[j];
+            }
+            ENSURE(m_init(&state, &par, &opt, t, q, moved) == M_OK);
+        } else if (n >= 0) {
             double moved[SG_N_Q];
             const int there = !sg_contacts[k].guarded || at.guard[k] >= 0.0;
             double size;
