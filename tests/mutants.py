@@ -105,7 +105,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("mobility without the pivots", "codegen/program.py", "total += y[i] * y[i] / D[i]", "total += y[i] * y[i]"),
     Mutant("vanishing pivots pass", "runtime/c/sg_sparse.c", "if (!(size * least * scale[i] < SG_C(1.0)) || !(size > SG_C(0.0))) {", "if (0) {"),
     Mutant("the order of elimination is forgotten in a step", NEWTON, "w->x[pr->x + unknown] = w->newton.x_old[unknown] + alpha * w->smooth.dx[i];", "w->x[pr->x + i] = w->newton.x_old[i] + alpha * w->smooth.dx[i];"),
-    Mutant("the step of Newton has the wrong sign", SMOOTH, "w->smooth.dx[k] = -w->r[sg_table[pr->K.order + k]];", "w->smooth.dx[k] = w->r[sg_table[pr->K.order + k]];"),
+    Mutant("the step of Newton has the wrong sign", SMOOTH, "w->smooth.dx[k] = -w->r[pr->K.order[k]];", "w->smooth.dx[k] = w->r[pr->K.order[k]];"),
     Mutant("the prox of the velocity problem uses inactive contacts", CONTACT, "(!pr->follows || w->found.active[k] || sg_contact_at(w, k)->presser < 0)", "1"),
     Mutant("friction is pressed by the first contact", "runtime/c/sg_law_bound.c", "pressed = R[base + sg_first_normal(w) + contact->pressing];", "pressed = R[base + sg_first_normal(w)];"),
     Mutant("a freewheel is struck forwards", "codegen/program.py", "before = ca.fmin(g_N_dot[normal], 0) if c.one_way", "before = g_N_dot[normal] if c.one_way"),

@@ -120,7 +120,7 @@ static int sg_prepare(SG(work) * w, const SG(params) * par, real t, real h) {
     if (!sg_elliptic_begin(w)) {
         return SG_K(BAD_ARGUMENT);
     }
-    if (!sg_all_finite(sg_table[sg_kind_of(w)->mass.start + sg_n_q(w)], w->mass) ||
+    if (!sg_all_finite(sg_kind_of(w)->mass.start[sg_n_q(w)], w->mass) ||
         !sg_all_finite(sg_n_q(w), w->p) || !sg_all_finite(sg_n_q(w), w->force_size) ||
         !sg_all_finite(sg_n_contacts(w), w->guard)) {
         return SG_K(NONFINITE);

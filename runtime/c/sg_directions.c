@@ -143,7 +143,7 @@ static void sg_answer_forward(SG(work) * w, const SG(options) * opt, int problem
         }
     }
     for (i = 0; i < pr->n_x; ++i) {
-        f->x[pr->x + sg_table[pr->K.order + i]] = w->smooth.dx[i];
+        f->x[pr->x + pr->K.order[i]] = w->smooth.dx[i];
     }
     sg_copy(n_rows, w->newton.dR, &f->R[pr->R]);
 }

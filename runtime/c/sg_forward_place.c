@@ -199,8 +199,7 @@ static int sg_is_change(const SG(work) * w, int c, real change) {
     real size = SG_C(0.0);
     real most = SG_C(0.0);
     int e, j;
-    for (e = sg_table[sg_kind_of(w)->direction.start + c];
-         e < sg_table[sg_kind_of(w)->direction.start + c + 1]; ++e) {
+    for (e = sg_kind_of(w)->direction.start[c]; e < sg_kind_of(w)->direction.start[c + 1]; ++e) {
         size += SG_FABS(w->direction[e]);
     }
     for (j = 0; j < sg_n_q(w); ++j) {

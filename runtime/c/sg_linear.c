@@ -64,7 +64,7 @@ static int sg_arrive(SG(work) * w, const sg_problem *pr, const real *to) {
         }
     }
     for (i = 0; i < pr->n_x; ++i) {
-        w->x[pr->x + sg_table[pr->K.order + i]] += w->smooth.dx[i];
+        w->x[pr->x + pr->K.order[i]] += w->smooth.dx[i];
     }
     return sg_all_finite(pr->n_x, &w->x[pr->x]) && sg_all_finite(n, R);
 }

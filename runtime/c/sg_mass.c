@@ -9,17 +9,17 @@
 static void sg_inertia(SG(work) * w) {
     int j, k;
     for (j = 0; j < sg_n_q(w); ++j) {
-        real own = SG_FABS(w->mass[sg_table[sg_kind_of(w)->mass.diagonal + j]]);
+        real own = SG_FABS(w->mass[sg_kind_of(w)->mass.diagonal[j]]);
         if (!(own > SG_C(0.0))) {
-            const int last = sg_table[sg_kind_of(w)->mass.start + j + 1];
-            for (k = sg_table[sg_kind_of(w)->mass.start + j]; k < last; ++k) {
-                const real d = SG_FABS(w->mass[sg_table[sg_kind_of(w)->mass.diagonal +
-                                                        sg_table[sg_kind_of(w)->mass.index + k]]]);
+            const int last = sg_kind_of(w)->mass.start[j + 1];
+            for (k = sg_kind_of(w)->mass.start[j]; k < last; ++k) {
+                const real d =
+                    SG_FABS(w->mass[sg_kind_of(w)->mass.diagonal[sg_kind_of(w)->mass.index[k]]]);
                 const real m = SG_FABS(w->mass[k]);
                 own = sg_max(own, d > SG_C(0.0) ? m * m / d : m);
             }
         }
-        w->masses.inertia[sg_table[sg_kind_of(w)->mass.order + j]] = own;
+        w->masses.inertia[sg_kind_of(w)->mass.order[j]] = own;
     }
 }
 
@@ -27,7 +27,7 @@ static void sg_inertia(SG(work) * w) {
 static int sg_factor_mass(SG(work) * w) {
     int k;
     for (k = 0; k < sg_n_q(w); ++k) {
-        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[sg_kind_of(w)->mass.order + k]];
+        w->smooth.pivot_scale[k] = w->masses.inertia[sg_kind_of(w)->mass.order[k]];
     }
     w->smooth.exchanged =
         !sg_sparse_factor(0, sg_n_q(w), &sg_kind_of(w)->mass, w->smooth.pivot_scale, SG_SMALL,
@@ -35,7 +35,7 @@ static int sg_factor_mass(SG(work) * w) {
     if (w->smooth.exchanged) {
         for (k = 0; k < sg_n_q(w); ++k) {
             w->smooth.pivot_scale[k] =
-                SG_C(1.0) / w->masses.root_inertia[sg_table[sg_kind_of(w)->mass.order + k]];
+                SG_C(1.0) / w->masses.root_inertia[sg_kind_of(w)->mass.order[k]];
         }
         sg_expand(sg_n_q(w), &sg_kind_of(w)->mass, w->mass, w->smooth.full);
         return sg_lu_factor(sg_n_q(w), w->smooth.full, w->smooth.pivot_scale, w->smooth.perm);
@@ -47,7 +47,7 @@ static int sg_factor_mass(SG(work) * w) {
 static int sg_is_positive(const SG(work) * w) {
     int j;
     for (j = 0; j < sg_n_q(w); ++j) {
-        if (w->mass[sg_table[sg_kind_of(w)->mass.diagonal + j]] < SG_C(0.0)) {
+        if (w->mass[sg_kind_of(w)->mass.diagonal[j]] < SG_C(0.0)) {
             return 0;
         }
     }
@@ -58,8 +58,7 @@ static int sg_is_positive(const SG(work) * w) {
 static int sg_has_mobility(const SG(work) * w) {
     int k;
     for (k = 0; k < sg_n_q(w) && sg_kind_of(w)->mobility; ++k) {
-        if (!(w->mass_pivot[k] >
-              SG_SMALL * w->masses.inertia[sg_table[sg_kind_of(w)->mass.order + k]]) ||
+        if (!(w->mass_pivot[k] > SG_SMALL * w->masses.inertia[sg_kind_of(w)->mass.order[k]]) ||
             !sg_finite(w->mass_pivot[k])) {
             return 0;
         }
@@ -71,18 +70,18 @@ static int sg_has_mobility(const SG(work) * w) {
 static real sg_effective_mass(SG(work) * w, int c) {
     real *solved = w->masses.solved;
     real *row = w->masses.row;
-    const int last = sg_table[sg_kind_of(w)->direction.start + c + 1];
+    const int last = sg_kind_of(w)->direction.start[c + 1];
     real loose = SG_C(0.0);
     real mobility = SG_C(0.0);
     int k;
     sg_fill(sg_n_q(w), SG_C(0.0), row);
-    for (k = sg_table[sg_kind_of(w)->direction.start + c]; k < last; ++k) {
-        row[sg_table[sg_kind_of(w)->direction.index + k]] = w->direction[k];
+    for (k = sg_kind_of(w)->direction.start[c]; k < last; ++k) {
+        row[sg_kind_of(w)->direction.index[k]] = w->direction[k];
         loose += w->direction[k] * w->direction[k] /
-                 w->masses.inertia[sg_table[sg_kind_of(w)->direction.index + k]];
+                 w->masses.inertia[sg_kind_of(w)->direction.index[k]];
     }
     for (k = 0; k < sg_n_q(w); ++k) {
-        solved[k] = row[sg_table[sg_kind_of(w)->mass.order + k]];
+        solved[k] = row[sg_kind_of(w)->mass.order[k]];
     }
     if (w->smooth.exchanged) {
         sg_lu_solve(sg_n_q(w), w->smooth.full, w->smooth.perm, solved);
@@ -90,7 +89,7 @@ static real sg_effective_mass(SG(work) * w, int c) {
         sg_sparse_solve(sg_n_q(w), &sg_kind_of(w)->mass, w->smooth.factors, 0, solved);
     }
     for (k = 0; k < sg_n_q(w); ++k) {
-        mobility += solved[k] * row[sg_table[sg_kind_of(w)->mass.order + k]];
+        mobility += solved[k] * row[sg_kind_of(w)->mass.order[k]];
     }
     /* An indefinite mass matrix may have directions without mobility of their own. */
     mobility = sg_max(SG_FABS(mobility), SG_LEAST_SHARE * loose);
@@ -125,15 +124,15 @@ static void sg_preloads(SG(work) * w) {
 #if SG_N_COMPLIANCE > 0
     int c, k;
     for (c = 0; c < sg_n_R(w); ++c) {
-        const int last = sg_table[sg_kind_of(w)->direction.start + c + 1];
+        const int last = sg_kind_of(w)->direction.start[c + 1];
         const int stage = (SG_N_STAGES - 2) * sg_n_R(w) + c;
         if (!sg_yields(w, c)) {
             continue;
         }
         w->masses.preload[c] = w->slack[c] / (sg_compliance(w, stage) + w->h / w->masses.m_eff[c]);
         w->masses.reach[c] += w->slack[c];
-        for (k = sg_table[sg_kind_of(w)->direction.start + c]; k < last; ++k) {
-            w->masses.momentum[sg_table[sg_kind_of(w)->direction.index + k]] +=
+        for (k = sg_kind_of(w)->direction.start[c]; k < last; ++k) {
+            w->masses.momentum[sg_kind_of(w)->direction.index[k]] +=
                 SG_FABS(w->direction[k]) * w->masses.preload[c];
         }
     }
@@ -158,11 +157,11 @@ static int sg_masses(SG(work) * w) {
         return 0;
     }
     for (c = 0; c < sg_n_R(w); ++c) {
-        const int last = sg_table[sg_kind_of(w)->direction.start + c + 1];
+        const int last = sg_kind_of(w)->direction.start[c + 1];
         w->masses.reach[c] = SG_C(0.0);
-        for (k = sg_table[sg_kind_of(w)->direction.start + c]; k < last; ++k) {
+        for (k = sg_kind_of(w)->direction.start[c]; k < last; ++k) {
             w->masses.reach[c] +=
-                SG_FABS(w->direction[k] * w->q[sg_table[sg_kind_of(w)->direction.index + k]]);
+                SG_FABS(w->direction[k] * w->q[sg_kind_of(w)->direction.index[k]]);
         }
         if (known) {
             w->masses.m_eff[c] =

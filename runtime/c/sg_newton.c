@@ -142,7 +142,7 @@ static void sg_move(SG(work) * w, int problem, real alpha) {
     const sg_problem *pr = sg_problem_at(w, problem);
     int i;
     for (i = 0; i < pr->n_x; ++i) {
-        const int unknown = sg_table[pr->K.order + i];
+        const int unknown = pr->K.order[i];
         w->x[pr->x + unknown] = w->newton.x_old[unknown] + alpha * w->smooth.dx[i];
     }
     for (i = 0; i < pr->n_slots * sg_n_R(w); ++i) {
@@ -153,7 +153,7 @@ static void sg_move(SG(work) * w, int problem, real alpha) {
 /* Take the whole Newton direction. */
 static inline void sg_advance(SG(work) * w, int problem) {
     const sg_problem *pr = sg_problem_at(w, problem);
-    const sg_index *order = &sg_table[pr->K.order];
+    const sg_index *order = pr->K.order;
     int i;
     for (i = 0; i < pr->n_x; ++i) {
         w->x[pr->x + order[i]] += w->smooth.dx[i];
@@ -288,8 +288,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
         deficiency = sg_newton_direction(w, opt, problem, damped);
         *iterations = before + iteration + 1;
         if (deficiency < 0) {
-            return sg_all_finite(sg_table[pr->K.start + pr->n_x], w->K) ? SG_K(SINGULAR)
-                                                                        : SG_K(NONFINITE);
+            return sg_all_finite(pr->K.start[pr->n_x], w->K) ? SG_K(SINGULAR) : SG_K(NONFINITE);
         }
         w->system.deficiency = deficiency;
         if (damped) {

@@ -58,7 +58,7 @@ static int sg_give_back(SG(work) * w, const SG(params) * par, int problem) {
             sg_add_row(&pr->B, w->B, base + i, w->expansion.given[i], w->smooth.dx);
         }
         for (i = 0; i < pr->n_x; ++i) {
-            w->expansion.momentum[sg_table[pr->K.order + i]] = w->smooth.dx[i];
+            w->expansion.momentum[pr->K.order[i]] = w->smooth.dx[i];
         }
     }
     return given;

@@ -32,13 +32,12 @@ static void sg_momentum_scales(SG(work) * w) {
     real energetic = SG_C(0.0);
     int i, j, k;
     for (i = 0; i < sg_n_q(w); ++i) {
-        const int last = sg_table[sg_kind_of(w)->mass.start + i + 1];
+        const int last = sg_kind_of(w)->mass.start[i + 1];
         real inertial = SG_C(0.0);
-        j = sg_table[sg_kind_of(w)->mass.order + i];
-        for (k = sg_table[sg_kind_of(w)->mass.start + i]; k < last; ++k) {
+        j = sg_kind_of(w)->mass.order[i];
+        for (k = sg_kind_of(w)->mass.start[i]; k < last; ++k) {
             inertial += SG_FABS(w->mass[k]) *
-                        w->scales.pace[sg_table[sg_kind_of(w)->mass.order +
-                                                sg_table[sg_kind_of(w)->mass.index + k]]];
+                        w->scales.pace[sg_kind_of(w)->mass.order[sg_kind_of(w)->mass.index[k]]];
         }
         w->scales.momentum_scale[j] = sg_max(w->masses.momentum[j], inertial);
         energetic = sg_max(energetic, w->scales.momentum_scale[j] / w->masses.root_inertia[j]);
@@ -69,11 +68,10 @@ static void sg_scales(SG(work) * w, int problem) {
     sg_copy(sg_n_q(w), w->scales.now, w->scales.pace);
     sg_momentum_scales(w);
     for (c = 0; c < sg_n_R(w); ++c) {
-        const int last = sg_table[sg_kind_of(w)->direction.start + c + 1];
+        const int last = sg_kind_of(w)->direction.start[c + 1];
         real speed = SG_FABS(w->drift[c]);
-        for (k = sg_table[sg_kind_of(w)->direction.start + c]; k < last; ++k) {
-            speed += SG_FABS(w->direction[k]) *
-                     w->scales.pace[sg_table[sg_kind_of(w)->direction.index + k]];
+        for (k = sg_kind_of(w)->direction.start[c]; k < last; ++k) {
+            speed += SG_FABS(w->direction[k]) * w->scales.pace[sg_kind_of(w)->direction.index[k]];
         }
         w->scales.speed[c] = speed;
         w->scales.gap_floor[c] = SG_FLOOR * (w->masses.reach[c] + w->h * speed);

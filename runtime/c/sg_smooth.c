@@ -14,14 +14,14 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
     const int n_x = pr->n_x;
     int k;
     for (k = 0; k < n_x; ++k) {
-        w->smooth.pivot_scale[k] = w->masses.inertia[sg_table[pr->K.order + k] % sg_n_q(w)];
+        w->smooth.pivot_scale[k] = w->masses.inertia[pr->K.order[k] % sg_n_q(w)];
     }
     w->smooth.bordered = 0;
     w->smooth.exchanged = w->smooth.pivoting || !SG(eliminate)(w, problem, 0);
     if (w->smooth.exchanged) {
         for (k = 0; k < n_x; ++k) {
             w->smooth.pivot_scale[k] =
-                SG_C(1.0) / w->masses.root_inertia[sg_table[pr->K.order + k] % sg_n_q(w)];
+                SG_C(1.0) / w->masses.root_inertia[pr->K.order[k] % sg_n_q(w)];
         }
         sg_expand(n_x, &pr->K, w->K, w->smooth.full);
         return sg_lu_factor(n_x, w->smooth.full, w->smooth.pivot_scale, w->smooth.perm);
@@ -29,8 +29,7 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
     if (border) {
         /* the answer of a row to its own percussion while all others are absent */
         for (k = n_x; k < pr->n_border; ++k) {
-            w->smooth.pivot_scale[k] =
-                SG_C(1.0) / w->scales.r_auto[sg_table[pr->K.order + k] - n_x];
+            w->smooth.pivot_scale[k] = SG_C(1.0) / w->scales.r_auto[pr->K.order[k] - n_x];
         }
         w->smooth.bordered = SG(eliminate)(w, problem, 1);
     }
@@ -53,18 +52,17 @@ static void sg_solve_smooth(const SG(work) * w, int problem, int first, real *b)
 static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
     int k;
     for (k = 0; k < pr->n_x; ++k) {
-        w->smooth.dx[k] = -w->r[sg_table[pr->K.order + k]];
+        w->smooth.dx[k] = -w->r[pr->K.order[k]];
     }
     for (k = pr->n_x; k < pr->n_border; ++k) {
-        w->smooth.dx[k] =
-            w->smooth.bordered ? -w->y[sg_table[pr->K.order + k] - pr->n_x] : SG_C(0.0);
+        w->smooth.dx[k] = w->smooth.bordered ? -w->y[pr->K.order[k] - pr->n_x] : SG_C(0.0);
     }
 }
 
 /* First velocity, in elimination order, that percussion k acts on; n_x if there is none. */
 static inline int sg_first_answer(const sg_problem *pr, int k) {
-    const int begin = sg_table[pr->B.start + k];
-    return begin < sg_table[pr->B.start + k + 1] ? sg_table[pr->B.index + begin] : pr->n_x;
+    const int begin = pr->B.start[k];
+    return begin < pr->B.start[k + 1] ? pr->B.index[begin] : pr->n_x;
 }
 
 /* How the velocities answer to percussion k and `share` times percussion `tied`, with opposite

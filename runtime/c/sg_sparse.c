@@ -1,24 +1,25 @@
 #pragma once
 #include "sg_numbers.h"
 
-/* Sparse matrices by rows. Their patterns are tables, known when the code is generated. */
+/* Sparse matrices by rows. Their patterns are tables: known when the code is generated, or of an
+   island that is put together in the step. */
 
-/* Where the tables of a matrix begin in sg_table: entries start[i] ... start[i + 1] - 1 belong to
-   row i, `index` is the column of each. */
+/* Pattern of a matrix: entries start[i] ... start[i + 1] - 1 belong to row i, `index` is the column
+   of each. */
 typedef struct {
-    int start, index;
+    const sg_index *start, *index;
 } sg_rows;
 
 /* Pattern of the factors L + U of a square matrix: place k belongs to unknown order[k], pivots
    stand on the diagonal. */
 typedef struct {
-    int order, start, index, diagonal;
+    const sg_index *order, *start, *index, *diagonal;
 } sg_factors;
 
 /* b += factor * row i. */
 static inline void sg_add_row(const sg_rows *p, const real *values, int i, real factor, real *b) {
-    const sg_index *start = &sg_table[p->start];
-    const sg_index *index = &sg_table[p->index];
+    const sg_index *start = p->start;
+    const sg_index *index = p->index;
     const int last = start[i + 1];
     int k;
     for (k = start[i]; k < last; ++k) {
@@ -28,8 +29,8 @@ static inline void sg_add_row(const sg_rows *p, const real *values, int i, real 
 
 /* Row i times the vector b. */
 static inline real sg_row_dot(const sg_rows *p, const real *values, int i, const real *b) {
-    const sg_index *start = &sg_table[p->start];
-    const sg_index *index = &sg_table[p->index];
+    const sg_index *start = p->start;
+    const sg_index *index = p->index;
     const int last = start[i + 1];
     real sum = SG_C(0.0);
     int k;
@@ -44,9 +45,9 @@ static inline real sg_row_dot(const sg_rows *p, const real *values, int i, const
    than `least` times its scale or anything is not finite. `row` holds n entries. */
 static int sg_sparse_factor(int first, int n, const sg_factors *p, const real *scale, real least,
                             const real *A, real *LU, real *row) {
-    const sg_index *start = &sg_table[p->start];
-    const sg_index *index = &sg_table[p->index];
-    const sg_index *diagonal = &sg_table[p->diagonal];
+    const sg_index *start = p->start;
+    const sg_index *index = p->index;
+    const sg_index *diagonal = p->diagonal;
     int i, k, m;
     for (i = first; i < n; ++i) {
         const int begin = start[i];
@@ -82,7 +83,7 @@ static int sg_sparse_factor(int first, int n, const sg_factors *p, const real *s
    scale and finite. */
 static int sg_pivots_hold(int first, int n, const sg_factors *p, const real *scale, real least,
                           const real *LU) {
-    const sg_index *diagonal = &sg_table[p->diagonal];
+    const sg_index *diagonal = p->diagonal;
     int i;
     for (i = first; i < n; ++i) {
         const real size = SG_FABS(LU[diagonal[i]]);
@@ -96,9 +97,9 @@ static int sg_pivots_hold(int first, int n, const sg_factors *p, const real *sca
 
 /* Solve with the factors; b, in elimination order and zero before `first`, becomes the solution. */
 static void sg_sparse_solve(int n, const sg_factors *p, const real *LU, int first, real *b) {
-    const sg_index *start = &sg_table[p->start];
-    const sg_index *index = &sg_table[p->index];
-    const sg_index *diagonal = &sg_table[p->diagonal];
+    const sg_index *start = p->start;
+    const sg_index *index = p->index;
+    const sg_index *diagonal = p->diagonal;
     int i, k;
     for (i = first; i < n; ++i) {
         const int middle = diagonal[i];
@@ -121,8 +122,8 @@ static void sg_sparse_solve(int n, const sg_factors *p, const real *LU, int firs
 
 /* The leading n x n block with all its entries, by rows in elimination order. */
 static void sg_expand(int n, const sg_factors *p, const real *A, real *full) {
-    const sg_index *start = &sg_table[p->start];
-    const sg_index *index = &sg_table[p->index];
+    const sg_index *start = p->start;
+    const sg_index *index = p->index;
     int i, k;
     sg_fill(n * n, SG_C(0.0), full);
     for (i = 0; i < n; ++i) {

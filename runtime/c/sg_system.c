@@ -240,6 +240,6 @@ static void sg_expand_direction(SG(work) * w, const sg_problem *pr, int n) {
         }
     }
     for (i = pr->n_x; i < pr->n_border && w->smooth.bordered; ++i) {
-        w->newton.dR[sg_table[pr->K.order + i] - pr->n_x] = w->smooth.dx[i];
+        w->newton.dR[pr->K.order[i] - pr->n_x] = w->smooth.dx[i];
     }
 }

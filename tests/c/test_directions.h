@@ -7,9 +7,8 @@ static double smooth_row(const m_work *w, const sg_problem *pr, int i, const dou
     static double column[SG_N_X_TOTAL];
     double sum = 0.0;
     int k;
-    for (k = sg_table[pr->K.start + i];
-         k < sg_table[pr->K.start + i + 1] && sg_table[pr->K.index + k] < pr->n_x; ++k) {
-        sum += w->K[k] * dx[sg_table[pr->K.index + k]];
+    for (k = pr->K.start[i]; k < pr->K.start[i + 1] && pr->K.index[k] < pr->n_x; ++k) {
+        sum += w->K[k] * dx[pr->K.index[k]];
     }
     for (k = 0; k < pr->n_slots * SG_N_R; ++k) {
         sg_fill(pr->n_x, 0.0, column);
@@ -66,8 +65,7 @@ static void test_newton_matrix(void) {
                 kind[k] = work.rows.kind[k];
             }
             for (i = 0; i < pr->n_x; ++i) {
-                dr[sg_table[pr->K.order + i]] =
-                    smooth_row(&work, pr, i, work.smooth.dx, work.newton.dR);
+                dr[pr->K.order[i]] = smooth_row(&work, pr, i, work.smooth.dx, work.newton.dR);
             }
             for (k = 0; k < n_rows; ++k) {
                 dphi[k] = contact_row(&work, pr, k, work.smooth.dx, work.newton.dR);
@@ -123,7 +121,7 @@ static void test_newton_direction(void) {
                     size = sg_max(size, fabs(work.newton.dR[k]));
                 }
                 for (i = 0; i < pr->n_x; ++i) {
-                    const double sum = other.r[sg_table[pr->K.order + i]] +
+                    const double sum = other.r[pr->K.order[i]] +
                                        smooth_row(&other, pr, i, work.smooth.dx, work.newton.dR);
                     ENSURE(fabs(sum) <= 1e-9 * (1.0 + size));
                 }
@@ -163,7 +161,7 @@ static void test_linearised(void) {
                 for (b = 0; b < n_rows; ++b) {
                     work.R[pr->R + b] = R_old[b] + way * eps * dR[b];
                     for (i = 0; i < pr->n_x; ++i) {
-                        work.x[pr->x + sg_table[pr->K.order + i]] -=
+                        work.x[pr->x + pr->K.order[i]] -=
                             way * eps * work.system.Z[b * pr->n_border + i] * dR[b];
                     }
                 }

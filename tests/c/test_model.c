@@ -237,9 +237,9 @@ static void test_ends(void) {
         /* a smooth block that is singular or not finite */
         sg_evaluate(&work, &par, &opt, problem);
         m_derivatives(&work, &par, problem);
-        sg_fill(sg_table[pr->K.start + pr->n_border], 0.0, work.K);
+        sg_fill(pr->K.start[pr->n_border], 0.0, work.K);
         ENSURE(sg_newton_direction(&work, &opt, problem, 0) == -1);
-        sg_fill(sg_table[pr->K.start + pr->n_border], NAN, work.K);
+        sg_fill(pr->K.start[pr->n_border], NAN, work.K);
         ENSURE(sg_newton_direction(&work, &opt, problem, 1) == -1);
         ENSURE(sg_reduce(&work, problem, 1) == -1);
         /* one undamped and one damped solution agree */
@@ -281,17 +281,17 @@ static void test_ends(void) {
     work.p[0] = INFINITY;
     ENSURE(!sg_masses(&work));
     open_step(0.01);
-    sg_fill(sg_table[sg_mass.start + SG_N_Q], 0.0, work.mass);
+    sg_fill(sg_mass.start[SG_N_Q], 0.0, work.mass);
     sg_fill(SG_N_Q, 0.0, work.mass_pivot);
     ENSURE(!sg_masses(&work));
     if (SG_N_R > 0) {
         open_step(0.01);
         /* no direction pushes: masses are borrowed */
-        sg_fill(sg_table[sg_direction.start + SG_N_R], 0.0, work.direction);
+        sg_fill(sg_direction.start[SG_N_R], 0.0, work.direction);
         sg_fill(SG_N_R, 0.0, work.mobility);
         ENSURE(sg_masses(&work) && work.masses.m_eff[0] == work.masses.inertia[0]);
         /* a mass beyond all numbers */
-        sg_fill(sg_table[sg_direction.start + SG_N_R], 1e-160, work.direction);
+        sg_fill(sg_direction.start[SG_N_R], 1e-160, work.direction);
         sg_fill(SG_N_R, 1e-320, work.mobility);
         ENSURE(!sg_masses(&work));
     }
@@ -310,21 +310,21 @@ static void test_ends(void) {
     if (SG_N_Q > 1) {
         /* a diagonal of zeros: what the rest of the row says */
         int k, at = -1;
-        for (k = sg_table[sg_mass.start + 0]; k < sg_table[sg_mass.start + 1]; ++k) {
-            at = sg_table[sg_mass.index + k] == 1 ? k : at;
+        for (k = sg_mass.start[0]; k < sg_mass.start[1]; ++k) {
+            at = sg_mass.index[k] == 1 ? k : at;
         }
         if (at >= 0) {
-            const int first = sg_table[sg_mass.order + 0];
-            const int second = sg_table[sg_mass.order + 1];
-            int mirror = sg_table[sg_mass.start + 1];
-            while (sg_table[sg_mass.index + mirror] != 0) {
+            const int first = sg_mass.order[0];
+            const int second = sg_mass.order[1];
+            int mirror = sg_mass.start[1];
+            while (sg_mass.index[mirror] != 0) {
                 ++mirror;
             }
-            sg_fill(sg_table[sg_mass.start + SG_N_Q], 0.0, work.mass);
+            sg_fill(sg_mass.start[SG_N_Q], 0.0, work.mass);
             work.mass[at] = work.mass[mirror] = 3.0;
             sg_inertia(&work);
             ENSURE(work.masses.inertia[first] == 3.0 && work.masses.inertia[second] == 3.0);
-            work.mass[sg_table[sg_mass.diagonal + 1]] = 2.0;
+            work.mass[sg_mass.diagonal[1]] = 2.0;
             sg_inertia(&work);
             ENSURE(work.masses.inertia[first] == 4.5 && work.masses.inertia[second] == 2.0);
         }

@@ -163,8 +163,8 @@ static void test_arguments(void) {
 static void direction(int c, double row[SG_N_Q]) {
     int k;
     sg_fill(SG_N_Q, 0.0, row);
-    for (k = sg_table[sg_direction.start + c]; k < sg_table[sg_direction.start + c + 1]; ++k) {
-        row[sg_table[sg_direction.index + k]] = work.direction[k];
+    for (k = sg_direction.start[c]; k < sg_direction.start[c + 1]; ++k) {
+        row[sg_direction.index[k]] = work.direction[k];
     }
 }
 

@@ -75,7 +75,7 @@ static void check_linear_rows(int problem, const m_work *from) {
     double size = 1.0;
     int i, k;
     for (i = 0; i < pr->n_x; ++i) {
-        const int unknown = pr->x + sg_table[pr->K.order + i];
+        const int unknown = pr->x + pr->K.order[i];
         dx[i] = work.x[unknown] - from->x[unknown];
         size = fmax(size, fabs(dx[i]));
     }
@@ -84,7 +84,7 @@ static void check_linear_rows(int problem, const m_work *from) {
         size = fmax(size, fabs(dR[k]));
     }
     for (i = 0; i < pr->n_x; ++i) {
-        const double sum = work.r[sg_table[pr->K.order + i]] + smooth_row(&work, pr, i, dx, dR);
+        const double sum = work.r[pr->K.order[i]] + smooth_row(&work, pr, i, dx, dR);
         ENSURE(fabs(sum) <= 1e-9 * size);
     }
 }

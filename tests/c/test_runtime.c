@@ -160,8 +160,8 @@ static void test_vectors(void) {
 /* An arrow: every row couples with the last, whose pivot is what the others leave. */
 static void test_sparse(void) {
     static const int diagonal[] = {0, 2, 4, 9};
-    const sg_factors p = {0, 4, 9, 19};
-    const sg_rows rows = {4, 9};
+    const sg_factors p = {sg_table, sg_table + 4, sg_table + 9, sg_table + 19};
+    const sg_rows rows = {sg_table + 4, sg_table + 9};
     const double scale[4] = {1.0, 1.0, 1.0, 1.0};
     int trial, i, k;
     for (trial = 0; trial < 200; ++trial) {
