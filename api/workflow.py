@@ -37,6 +37,7 @@ def build(
     precision: str = "double",
     events: str = "captured",
     derivatives: bool = False,
+    max_couplings: int | None = None,
     error: float | None = None,
     t_end: float | None = None,
 ) -> Stepper:
@@ -69,6 +70,10 @@ def build(
     derivatives : bool
         Whether steps can be differentiated, see `Stepper.simulate`; they can be cut at their events
         then, too. A stepper that was built without makes it on first use.
+    max_couplings : int, optional
+        In a model of many bodies: how many pairs of parts that contacts may join at once have room
+        in a step, by default 64 or, if that is more, four for each part. More pairs that may touch
+        make a step fail with the status CROWDED; fewer take less memory.
     error, t_end : float
         What ``stages="auto"`` is to be good at: as for `Stepper.simulate`; by default the time that
         the model suggests.
@@ -90,6 +95,7 @@ def build(
         return _with_least_work(
             model, error, t_end, scheme=scheme, velocity_constraints=velocity_constraints,
             prefix=prefix, precision=precision, derivatives=derivatives,
+            max_couplings=max_couplings,
         )  # fmt: skip
     if isinstance(stages, str):
         raise GenerationError(f'stages = {stages!r}: give a number of at least 2, or "auto"')
@@ -98,9 +104,15 @@ def build(
             'error and t_end say what stages = "auto" is to be good at; give them to simulate(...)'
         )
     stepper = build_files(
-        _render(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives)
+        _render(
+            *(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives),
+            max_couplings,
+        )
     )
-    again = partial(build, model, stages=stages, scheme=scheme, prefix=prefix, precision=precision)
+    again = partial(
+        build, model, stages=stages, scheme=scheme, prefix=prefix, precision=precision,
+        max_couplings=max_couplings,
+    )  # fmt: skip
     stepper.locating = partial(again, events="located")
     stepper.differentiating = partial(again, derivatives=True)
     return stepper
@@ -180,6 +192,7 @@ def generate(
     precision: str = "double",
     events: str = "captured",
     derivatives: bool = False,
+    max_couplings: int | None = None,
     target: str = "c",
 ) -> Path:
     """Write the C stepper of a model into a folder, all files or none.
@@ -190,7 +203,7 @@ def generate(
         The model.
     out_dir : path
         Folder to write; an earlier generation in it is replaced.
-    stages, scheme, velocity_constraints, prefix, precision, events, derivatives
+    stages, scheme, velocity_constraints, prefix, precision, events, derivatives, max_couplings
         As for `build`.
     target : {"c", "numpy"}
         "numpy" writes the model's functions, without a scheme, as the module
@@ -213,7 +226,8 @@ def generate(
         raise GenerationError(f"target {target!r} is unknown; choose c or numpy")
     return emit.write(
         _render(
-            model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives
+            *(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives),
+            max_couplings,
         ),
         out_dir,
     )
@@ -307,6 +321,7 @@ def drift(
         about["precision"],
         about["events"],
         about["derivatives"],
+        about["max_couplings"],
     )
     lines: list[str] = []
     for name, text in files.items():
@@ -338,6 +353,7 @@ def _render(
     precision: str,
     events: str,
     derivatives: bool = False,
+    max_couplings: int | None = None,
 ) -> dict[str, str]:
     spec = emit_spec(
         freeze(model),
@@ -348,5 +364,6 @@ def _render(
         precision=precision,
         events=events,
         derivatives=derivatives,
+        max_couplings=max_couplings,
     )
     return emit.render(spec)

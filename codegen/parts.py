@@ -1,7 +1,9 @@
 """The parts that a model falls into: coordinates that nothing couples move apart from each other.
 
-Terms of L, forces, constraints and contacts couple the coordinates that they depend on. What is
-left in several pieces is stepped piece by piece; equal pieces are of one kind and share their text.
+Terms of L, forces, constraints and most contacts couple the coordinates that they depend on. What
+is left in several pieces is stepped piece by piece; equal pieces are of one kind and share their
+text. Contacts between parts of a model of many are couplings: they join their parts only in steps
+in which they may act.
 """
 
 import re
@@ -15,6 +17,8 @@ from signorini.codegen.graph import Operations
 _SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
 _MULTIPLES = (ca.OP_NEG, ca.OP_TWICE)
 _REST = -1  # what of L moves with no part
+# Parts from which on contacts join them step by step: what fewer say is solved at once sooner.
+LEAST_PARTS = 4
 _LINEAR = frozenset({*_SUMS, *_MULTIPLES, ca.OP_MUL, ca.OP_DIV})
 
 
@@ -31,6 +35,8 @@ class Part:
         what is drawn.
     data : ModelData
         What the model says of them, with their names.
+    couples : bool
+        Whether it is a coupling: contacts between parts, which have the coordinates.
     """
 
     name: str
@@ -39,6 +45,7 @@ class Part:
     rows: tuple[int, ...]
     points: tuple[int, ...]
     data: ModelData
+    couples: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +55,7 @@ class Composition:
     Attributes
     ----------
     parts : tuple of Part
-        In the order of their first coordinates.
+        In the order of their first coordinates; behind them couplings, in that of their contacts.
     kinds : tuple of ModelData
         One of each kind.
     kind_of : tuple of int
@@ -85,8 +92,12 @@ def compose(data: ModelData) -> Composition:
     kind_of = []
     pictures: dict[int, object] = {}
     alike = len(parts) == 1 or _moves_with_one(parts)
+    known: dict[object, object] = {}  # signatures by what is the same to the letter
     for part in parts:
-        signature = _signature(part.data)
+        letters = _letters(part.data)
+        if letters not in known:
+            known[letters] = _signature(part.data)
+        signature = known[letters]
         if signature not in found:
             found[signature] = len(kinds)
             kinds.append(part.data)
@@ -183,14 +194,69 @@ def _parts(data: ModelData) -> tuple[Part, ...]:
         elif stiff:
             of_rows[y.row] |= stiff
             blocks.append(of_rows[y.row])
-    for members in (*blocks, *contacts):
+    for members in blocks:
         joined.join(members)
+    if any(not members for members in (*blocks, *contacts)):
+        return (_whole(data),)
+    couplings = _couplings(data, joined, contacts)
     bound = {joined.of(k) for members in (*blocks, *contacts) for k in members}
-    if len(bound) < 2 or any(not members for members in (*blocks, *contacts)):
+    if len(bound) < 2:
         return (_whole(data),)
     # what nothing touches or holds needs no step of its own
     joined.join(k for k in range(data.n_q) if joined.of(k) not in bound)
-    return _cut(data, joined, terms, (of_rows, contacts))
+    return _cut(data, joined, terms, (of_rows, contacts), couplings)
+
+
+def _couplings(
+    data: ModelData, joined: _Joined, members: list[set[int]]
+) -> tuple[tuple[int, ...], ...]:
+    """Contacts between parts that join them step by step, those between the same parts together;
+    all other contacts join their parts for good."""
+    groups: dict[int, list[int]] = {}
+    for k, c in enumerate(data.contacts):
+        groups.setdefault(k if c.presser is None else c.presser, []).append(k)
+    may_open = []
+    for first, group in groups.items():
+        if _may_open(data, first, group):
+            may_open.append(group)
+        else:
+            joined.join(j for k in group for j in members[k])
+    bodies = {j for _, own in data.bodies for j in own}
+
+    def between() -> dict[frozenset[int], list[int]]:
+        found: dict[frozenset[int], list[int]] = {}
+        for group in may_open:
+            parts = frozenset(joined.of(j) for k in group for j in members[k])
+            if len(parts) > 1:
+                found.setdefault(parts, []).extend(group)
+        return found
+
+    # what is no body is no part of its own: single coordinates of one that is written by hand
+    while loose := [p for p in between() if not p <= {joined.of(j) for j in bodies}]:
+        for parts in loose:
+            joined.join(parts)
+    if len({joined.of(j) for own in members for j in own}) < LEAST_PARTS:
+        for parts in between():
+            joined.join(parts)
+    return tuple(tuple(sorted(group)) for group in between().values())
+
+
+def _may_open(data: ModelData, first: int, group: Sequence[int]) -> bool:
+    """Whether contacts, with the friction that the first presses, may be left out of a step in
+    which its gap stays open."""
+    contact = data.contacts[first]
+    plain = not data.compliances and not any(c.poisson or c.mu_F is not None for c in data.contacts)
+    pressed = all(data.contacts[k].presser == first for k in group)
+    loaded = any(data.contacts[k].load is not None for k in group)
+    gaps = sum(data.contacts[k].g_N is not None for k in group)
+    return (
+        plain
+        and contact.g_N is not None
+        and not contact.one_way
+        and pressed
+        and not loaded
+        and gaps == 1
+    )
 
 
 def _whole(data: ModelData) -> Part:
@@ -317,33 +383,45 @@ def _cut(
     joined: _Joined,
     terms: list[tuple[set[int], ca.SX]],
     members: tuple[list[set[int]], list[set[int]]],
+    couplings: tuple[tuple[int, ...], ...],
 ) -> tuple[Part, ...]:
     of_rows, of_contacts = members
+    coupling = {k for contacts in couplings for k in contacts}
     L = _Share(joined, terms).of(data.L)
     rest = L.pop(_REST, None)
     forces = ca.densify(data.f)
     roots = sorted({joined.of(k) for k in range(data.n_q)})
     if rest is not None:  # it moves nothing, but the energy has it
         L[roots[0]] = L[roots[0]] + rest if roots[0] in L else rest
-    n_b = data.n_g + data.n_gamma
     rows_of: dict[int, list[int]] = {root: [] for root in roots}
     contacts_of: dict[int, list[int]] = {root: [] for root in roots}
     for row, of_row in enumerate(of_rows):
         rows_of[joined.of(min(of_row))].append(row)
     for k, of_contact in enumerate(of_contacts):
-        contacts_of[joined.of(min(of_contact))].append(k)
+        if k not in coupling:
+            contacts_of[joined.of(min(of_contact))].append(k)
     normal, slip = _rows_of_contacts(data)
+    n_b, n_N = data.n_g + data.n_gamma, data.n_N
+
+    def percussions(contacts: Sequence[int]) -> tuple[int, ...]:
+        """Normal rows, then slip rows of some contacts among the percussions of the model."""
+        of = [data.contacts[k] for k in contacts]
+        return (
+            *(n_b + normal[k] for k, c in zip(contacts, of, strict=True) if c.g_N is not None),
+            *(
+                n_b + n_N + slip[k] + d
+                for k, c in zip(contacts, of, strict=True)
+                for d in range(c.n_F)
+            ),
+        )
+
     depends = _Dependence(data)
     drawn = [depends.of(data.places[k, :]) for k in range(data.places.shape[0])]
     parts = []
     for root in roots:
         own = tuple(k for k in range(data.n_q) if joined.of(k) == root)
         contacts = tuple(contacts_of[root])
-        rows = (
-            *rows_of[root],
-            *(n_b + normal[k] for k in contacts if data.contacts[k].g_N is not None),
-            *(n_b + data.n_N + slip[k] + d for k in contacts for d in range(data.contacts[k].n_F)),
-        )
+        rows = (*rows_of[root], *percussions(contacts))
         points = tuple(k for k, members in enumerate(drawn) if members & set(own))
         parts.append(
             Part(
@@ -355,6 +433,13 @@ def _cut(
                 _restrict(data, own, contacts, rows, points, L.get(root, ca.SX(0)), forces),
             )
         )
+    still = ca.SX.zeros(data.n_q, 1)
+    for contacts in sorted(couplings):
+        own = tuple(sorted(set().union(*(of_contacts[k] for k in contacts))))
+        rows = percussions(contacts)
+        inside = _restrict(data, own, contacts, rows, (), ca.SX(0), still)
+        name = data.contacts[contacts[0]].name
+        parts.append(Part(name, own, contacts, rows, (), inside, couples=True))
     return tuple(parts)
 
 
@@ -430,9 +515,8 @@ def _kept(blocks: tuple[tuple[str, int], ...], rows: set[int]) -> tuple[tuple[st
     return tuple(found)
 
 
-def _signature(data: ModelData) -> object:
-    """Equal for parts that the same text describes: all that is said, with the same numbers and
-    parameters, of coordinates in the same order."""
+def _said(data: ModelData) -> tuple[str, list[ca.SX]]:
+    """All that is said of a part: what is no expression, and the expressions."""
     columns = [data.L, data.f, data.g, data.gamma]
     shape: list[object] = [len(data.coordinates), data.g_blocks and data.n_g, data.n_gamma]
     for c in data.contacts:
@@ -444,7 +528,25 @@ def _signature(data: ModelData) -> object:
     for y in data.compliances:
         shape.append((y.row, y.normal))
         columns += [y.compliance, y.relaxation]
-    return repr(shape), _text_of(data, columns)
+    return repr(shape), columns
+
+
+def _letters(data: ModelData) -> object:
+    """Equal for parts whose expressions were built the same way: seen at once, but not of all that
+    the same text describes."""
+    shape, columns = _said(data)
+    own = ca.vertcat(data.q, data.v)
+    common = ca.SX.sym("x", own.numel())
+    said = ca.substitute(ca.vertcat(*(ca.densify(x[:]) for x in columns)), own, common)
+    # other symbols are those of the model
+    return shape, ca.Function("f", [common], [said], {"allow_free": True}).serialize()
+
+
+def _signature(data: ModelData) -> object:
+    """Equal for parts that the same text describes: all that is said, with the same numbers and
+    parameters, of coordinates in the same order."""
+    shape, columns = _said(data)
+    return shape, _text_of(data, columns)
 
 
 def _text_of(data: ModelData, columns: Sequence[ca.SX]) -> object:

@@ -505,13 +505,15 @@ def inertia(M: ca.SX, W: ca.SX, equations: tuple[str, str]) -> Inertia:
         compressed("direction", W.T, direction, plain, plain, equations[1]),
     ]
     products = sum(len(row) ** 2 for row in mass.rows) + mass.size * n_R
-    if products <= _UNROLLED_MOBILITY:
+    # a coupling has no masses of its own
+    unrolled = products <= _UNROLLED_MOBILITY and M.nnz() > 0
+    if unrolled:
         pivots, mobility = _mobility(M, W, mass, order)
         targets += [
             dense("mass_pivot", pivots, "D of M = L D L^T, in elimination order"),
             dense("mobility", mobility, "W^T M^-1 W, direction by direction"),
         ]
-    return Inertia(order, mass, direction, products <= _UNROLLED_MOBILITY, tuple(targets))
+    return Inertia(order, mass, direction, unrolled, tuple(targets))
 
 
 def _mobility(M: ca.SX, W: ca.SX, pattern: Pattern, order: tuple[int, ...]) -> tuple[ca.SX, ca.SX]:

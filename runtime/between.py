@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
-from signorini.runtime.compiled import SUCCESS
 from signorini.runtime.errors import RunError
+from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.tolerance import control_of
 

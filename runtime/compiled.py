@@ -1,40 +1,16 @@
 """The compiled functions of one stepper by their names, and what is handed to them."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import number, reals, shaped
 from signorini.runtime.errors import RunError
-from signorini.runtime.library import Library
+from signorini.runtime.evaluation import Evaluation
+from signorini.runtime.library import SUCCESS, Library
 from signorini.runtime.options import RunOptions
 
-SUCCESS = 2  # the largest status of a step that succeeded
 Inputs = Callable[[float, np.ndarray, np.ndarray], Any]
-
-
-@dataclass(frozen=True)
-class _Places:
-    """Where the numbers of a part stand among those of the model, block by block."""
-
-    own: np.ndarray
-    whole: int
-
-    @classmethod
-    def of(cls, members: Sequence[int], width: int, blocks: int) -> "_Places":
-        """The members of each of some blocks; the model has blocks of `width`."""
-        own = [block * width + k for block in range(blocks) for k in members]
-        return cls(np.array(own, dtype=int), blocks * width)
-
-
-def _known(array: str, rows: Sequence[int], n: Mapping[str, int]) -> list[int]:
-    """What a part knows at the start of a segment, among `array` of the model: of its slip rows,
-    and of its rows of gamma before them."""
-    slip = n["n_R"] - n["n_F"]
-    gamma = [row - n["n_g"] for row in rows if n["n_g"] <= row < n["n_g"] + n["n_gamma"]]
-    before = n["n_gamma"] if array == "given" else 0
-    return [*(gamma if array == "given" else ()), *(before + r - slip for r in rows if r >= slip)]
 
 
 class Compiled:
@@ -291,82 +267,7 @@ class Compiled:
             self.rows("u", u, 1, n["n_u"])[0],
         )
         at = (state, self.c_params(par), self.c_options(RunOptions.of(options)), number("h", h))
-        found: dict[str, np.ndarray] = {}
-        for part in range(len(self.manifest["parts"])):
-            own = self._problem_of(part, names.index(name), given, at, known or {})
-            for key, (value, places) in own.items():
-                if key not in found:
-                    found[key] = np.zeros([p.whole for p in places], dtype=value.dtype)
-                found[key][np.ix_(*(p.own for p in places))] = value
-        return found
-
-    def _problem_of(
-        self,
-        part: int,
-        problem: int,
-        given: tuple[np.ndarray, np.ndarray, np.ndarray],
-        at: tuple[Any, ...],
-        known: Mapping[str, np.ndarray],
-    ) -> dict[str, tuple[np.ndarray, tuple[_Places, ...]]]:
-        """The problem of one part, and where its numbers stand among those of the model."""
-        lib, n = self.library, self.sizes
-        places = self.manifest["parts"][part]
-        kind = self.manifest["kinds"][places["kind"]]
-        work = lib.structs["work"]()
-        for array, values in known.items():
-            own = [values[k] for k in _known(array, places["rows"], n)]
-            for k, value in enumerate(own):
-                getattr(work, array)[k] = float(value)
-        x, R, u = given
-        state, params, options, h = at
-        n_q, n_R = kind["sizes"]["n_q"], kind["sizes"]["n_R"]
-        problems = kind["problems"]
-        velocities = sum(p["n_x"] // n_q for p in problems)
-        unknowns = _Places.of(places["coordinates"], n["n_q"], velocities)
-        slots = sum(p["n_slots"] for p in problems)
-        percussions = _Places.of(places["rows"], n["n_R"], slots)
-        arrays = [lib.array(a) for a in (u, x[unknowns.own], R[percussions.own])]
-        number_of = (part,) if len(self.manifest["parts"]) > 1 else ()
-        status = lib.call["problem"](
-            state,
-            work,
-            params,
-            options,
-            lib.pointer(arrays[0]),
-            h,
-            *number_of,
-            problem,
-            lib.pointer(arrays[1]),
-            lib.pointer(arrays[2]),
-        )
-        p = kind["problems"][problem]
-        if status > SUCCESS:
-            raise RunError(f"problem '{p['name']}': {lib.status_texts[status]}")
-        n_x, n_rows, tables = p["n_x"], p["n_slots"] * n_R, p["tables"]
-        smooth = _Places.of(places["coordinates"], n["n_q"], n_x // n_q)
-        rows = _Places.of(places["rows"], n["n_R"], p["n_slots"])
-
-        def take(field: Any, count: int) -> np.ndarray:
-            return lib.kept(field)[:count]
-
-        return {
-            "r": (take(work.r, n_x), (smooth,)),
-            "y": (take(work.y, n_rows), (rows,)),
-            "phi": (take(work.rows.phi, n_rows), (rows,)),
-            "prox_r": (take(work.scales.prox_r, n_rows), (rows,)),
-            "A": (
-                _matrix(work.K, tables, "K_start", "K_column", True, (n_x, n_x)),
-                (smooth, smooth),
-            ),
-            "B": (
-                _matrix(work.B, tables, "B_start", "B_row", False, (n_rows, n_x)).T,
-                (smooth, rows),
-            ),
-            "C": (
-                _matrix(work.C, tables, "C_start", "C_column", False, (n_rows, n_x)),
-                (rows, smooth),
-            ),
-        }
+        return Evaluation(self.library).of(names.index(name), given, at, known or {})
 
     # --- conversions -----------------------------------------------------------------------------
 
@@ -447,21 +348,3 @@ class Compiled:
             k = int(np.argwhere(~np.isfinite(u))[0][0])
             raise RunError(f"inputs of step {k} are not finite: {u[k]}")
         return u, None
-
-
-def _matrix(
-    values: Any,
-    tables: Mapping[str, list[int]],
-    start: str,
-    index: str,
-    reordered: bool,
-    shape: tuple[int, int],
-) -> np.ndarray:
-    """A matrix from its rows with columns in elimination order; `reordered`: the rows too."""
-    order, begins, columns = tables["K_order"], tables[start], tables[index]
-    full = np.zeros(shape)
-    for i in range(shape[0]):
-        for k in range(begins[i], begins[i + 1]):
-            if columns[k] < shape[1]:
-                full[order[i] if reordered else i, order[columns[k]]] = values[k]
-    return full

@@ -5,8 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from signorini.runtime.compiled import SUCCESS, Compiled
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.errors import RunError
+from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 
 OF = ("q0", "v0", "parameters", "inputs", "t0", "dt")

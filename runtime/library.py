@@ -11,6 +11,7 @@ import numpy as np
 from signorini.runtime.compile import compile_library
 from signorini.runtime.errors import RunError
 
+SUCCESS = 2  # the largest status of a step that succeeded
 # By precision: the type in C, that of arrays passed to it, that of results in Python.
 _REAL: dict[str, tuple[Any, Any, Any]] = {
     "double": (ctypes.c_double, np.float64, np.float64),
@@ -84,6 +85,8 @@ class Library:
             kind = f["type"]
             if kind in ("int", "real"):
                 ctype: Any = ctypes.c_int if kind == "int" else self.real
+            elif kind == "void*":
+                ctype = ctypes.c_void_p
             elif kind in ("int*", "real*"):
                 ctype = ctypes.POINTER(ctypes.c_int if kind == "int*" else self.real)
             elif kind.endswith("*"):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.arguments import reals
-from signorini.runtime.compiled import SUCCESS, Compiled, Inputs
+from signorini.runtime.compiled import Compiled, Inputs
 from signorini.runtime.consistency import contradiction, report
 from signorini.runtime.controller import Controller
 from signorini.runtime.diagnosis import (
@@ -19,6 +19,7 @@ from signorini.runtime.diagnosis import (
 from signorini.runtime.errors import InconsistentStartError, RunError, StepError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
+from signorini.runtime.library import SUCCESS
 from signorini.runtime.memory import check_memory
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from signorini.runtime.arguments import number, reals
 from signorini.runtime.changes import Taken, table_of
-from signorini.runtime.compiled import SUCCESS, Compiled
+from signorini.runtime.compiled import Compiled
 from signorini.runtime.derivatives import Walk
 from signorini.runtime.errors import RunError, StepError
 from signorini.runtime.event import Event
 from signorini.runtime.export import COUNTS
+from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, fields_of
 from signorini.runtime.run import Run, event_of, events_of_step

@@ -269,7 +269,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a batch has the parameters of its first run", "runtime/changes.c", "SG(step_forward)(&m->state, &m->work, &m->info, &c->params[k]", "SG(step_forward)(&m->state, &m->work, &m->info, &c->params[0]"),
     Mutant("between the rows a run takes a step too many", "runtime/between.py", "time - t - whole * self.h)", "time - t)"),
     # parts
-    Mutant("contacts do not couple", "codegen/parts.py", "for members in (*blocks, *contacts):\n        joined.join", "for members in blocks:\n        joined.join"),
+    Mutant("contacts do not couple", "codegen/parts.py", "joined.join(j for k in group for j in members[k])", "pass"),
     Mutant("forces do not couple", "codegen/parts.py", "joined.join({k} | depends.of(forces[k]))", "joined.join({k})"),
     Mutant("parts with other numbers are of one kind", "codegen/parts.py", "symbols[int(number)] if op == ca.OP_INPUT else number)", "symbols[int(number)] if op == ca.OP_INPUT else 0.0)"),
     Mutant("a difference of L is a sum in its parts", "codegen/parts.py", "left[part] = share if sign > 0 else -share", "left[part] = share"),

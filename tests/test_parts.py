@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from signorini.bodies import Planar, Spatial, inertia
 from signorini.codegen.frontend.validate import freeze
 from signorini.codegen.parts import compose
-from signorini.runtime.compiled import SUCCESS
+from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.stability import stable_step
 

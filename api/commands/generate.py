@@ -20,6 +20,7 @@ def generate(
     prefix: str | None = None,
     target: Literal["c", "numpy"] = "c",
     derivatives: Switch = False,
+    max_couplings: Whole | None = None,
     check: Path | None = None,
 ) -> None:
     """Write the C stepper of MODEL into a folder.
@@ -36,6 +37,8 @@ def generate(
         c, or numpy: the model's functions as one Python module.
     derivatives
         Steps can be differentiated (p_step_forward), and cut at their events.
+    max_couplings
+        Pairs of parts that contacts may join at once, in a model of many bodies.
     check
         Write nothing; compare this generated folder with the model and show what differs.
     """
@@ -58,6 +61,7 @@ def generate(
         prefix=prefix,
         target=target,
         derivatives=derivatives,
+        max_couplings=max_couplings,
     )
     console = Console()
     if folder.is_file():

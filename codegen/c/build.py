@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib import resources
 from importlib.metadata import version
@@ -11,20 +11,14 @@ import numpy as np
 from signorini.codegen import schemes
 from signorini.codegen.c import external
 from signorini.codegen.c.functions import CFunction, FunctionWriter
-from signorini.codegen.c.kind import WORK, Kind, KindBuilder, contact_rows
-from signorini.codegen.c.layout import (
-    STATUSES,
-    Scratch,
-    largest,
-    sizes,
-    structs,
-    together,
-)
+from signorini.codegen.c.kind import Kind, KindBuilder, contact_rows, work_of
+from signorini.codegen.c.layout import STATUSES, Scratch, structs
 from signorini.codegen.c.manifest import manifest_hash
 from signorini.codegen.c.memory import scratch
 from signorini.codegen.c.printer import PRECISIONS, Precision
 from signorini.codegen.c.share import SPACES, SharedFunction
 from signorini.codegen.c.shared import members, shared_function, spaces_of
+from signorini.codegen.c.sizes import largest, of_island, sizes, together, with_scratch_of
 from signorini.codegen.c.spec import EmitSpec, ForwardSpec, KindSpec, PartSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
 from signorini.codegen.derive.influence import influence
@@ -47,11 +41,16 @@ ADAPTIVE = ("sg_advance.c",)
 # What differentiates steps, and what it needs beside that where they can be cut.
 FORWARD = ("sg_adjoint.c",)
 FORWARD_LOCATED = ("sg_forward.c",)
+# The same where contacts join parts step by step.
+JOINED = ("sg_join.c",)
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # Beside the stepper where steps are differentiated: what other programs call.
 EXTERNAL = "sg_external.c"
-ALL = (*LOCATED, *ADAPTIVE, *FORWARD_LOCATED, *FORWARD, *MODEL_RUNTIME, EXTERNAL)
+ALL = (
+    *(*LOCATED, *ADAPTIVE, *FORWARD_LOCATED, *FORWARD, *JOINED, *MODEL_RUNTIME),
+    EXTERNAL,
+)
 # The model's tables stand behind this file, which declares what they are made of.
 CONTRACT = "sg_contract.h"
 # Printed into the header, with the sizes of the model; the second where steps can be cut, the third
@@ -101,6 +100,7 @@ def emit_spec(
     precision: str = "double",
     events: str = "captured",
     derivatives: bool = False,
+    max_couplings: int | None = None,
 ) -> EmitSpec:
     """Derive everything that is emitted for a model.
 
@@ -122,6 +122,8 @@ def emit_spec(
         Whether steps can be cut at their events, see `build`.
     derivatives : bool
         Whether steps can be differentiated; they can be cut at their events then, too.
+    max_couplings : int, optional
+        Couplings between parts that have room in a step, see `build`.
 
     Raises
     ------
@@ -138,6 +140,8 @@ def emit_spec(
         raise GenerationError(
             f"precision {precision!r} is unknown; choose one of: {', '.join(PRECISIONS)}"
         )
+    if max_couplings is not None and (not isinstance(max_couplings, int) or max_couplings < 1):
+        raise GenerationError(f"max_couplings = {max_couplings!r}: give a number of at least 1")
     prefix = data.name if prefix is None else prefix
     if not isinstance(prefix, str):
         raise GenerationError(f"prefix {prefix!r} is no text: give an identifier")
@@ -195,7 +199,8 @@ def emit_spec(
         kinds = _kinds(composition, d, planned)
     except ValueError as error:
         raise GenerationError(str(error)) from None
-    return _Builder(d, kinds, composition, prefix, PRECISIONS[precision], form).spec()
+    builder = _Builder(d, kinds, composition, prefix, PRECISIONS[precision], form, max_couplings)
+    return builder.spec()
 
 
 def _refuse_derivatives(data: ModelData) -> None:
@@ -243,7 +248,9 @@ class _Builder:
         prefix: str,
         precision: Precision,
         velocity_constraints: str,
+        max_couplings: int | None = None,
     ) -> None:
+        self.max_couplings = max_couplings
         self.velocity_constraints = velocity_constraints
         self.composition = composition
         self.data = data = d.data
@@ -256,21 +263,27 @@ class _Builder:
         single = len(kinds) == 1 and not kinds[0].name
         self.parts = _parts(composition, data) if composition and not single else (_whole(d),)
         each = [sizes(kind.data, kind.plan) for kind in kinds]
-        self.sizes = each[0] if single else together(each, [p.kind for p in self.parts], data)
+        couplings = sum(part.couples for part in self.parts)
+        kind_of = [part.kind for part in self.parts]
+        self.sizes = each[0] if single else together(each, kind_of, data, couplings, max_couplings)
         self.public = (*PUBLIC, *(SLOPES if plan.forward else ()))
         has = (True, bool(plan.located), bool(plan.forward))
         files = tuple(name for name, wanted in zip(SCRATCH, has, strict=True) if wanted)
-        most = largest(each)
-        own = tuple(s for name in files for s in scratch(runtime_file(name), most, name))
+        most = island = largest(each)
+        if couplings:
+            island = of_island(each, kind_of, plan, self.sizes)
+            self.sizes = with_scratch_of(island, self.sizes)
+        self.island = island
+        own = tuple(s for name in files for s in scratch(runtime_file(name), island, name))
         used = [Scratch(f"{k.name}_" if k.name else "", k.plan) for k in kinds]
         self.adaptive = all(kind.plan.adaptive for kind in kinds)
-        self.structs = structs(data, used, self.sizes, most, own, self.adaptive)
+        self.structs = structs(data, used, self.sizes, most, island, own, self.adaptive)
         known = {s.name for s in self.structs}
         self.builders: list[KindBuilder] = []
         self.kinds: list[KindSpec] = []
         at = row = 0
         for kind in kinds:
-            builder = KindBuilder(kind, prefix, precision, known, at, row)
+            builder = KindBuilder(kind, prefix, precision, known, at, row, couplings > 0)
             self.builders.append(builder)
             self.kinds.append(builder.spec())
             at += sum(len(values) for _, values in self.kinds[-1].tables)
@@ -279,7 +292,8 @@ class _Builder:
     def spec(self) -> EmitSpec:
         data, plan = self.data, self.plan
         functions, shared, zeros = self._functions()
-        files = runtime_order(_files(plan, self.adaptive))
+        joins = self.sizes.n_couplings > 0
+        files = runtime_order((*_files(plan, self.adaptive), *(JOINED if joins else ())))
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -298,6 +312,8 @@ class _Builder:
             velocity_constraints=self.velocity_constraints,
             precision=self.precision,
             sizes=self.sizes,
+            island=self.island,
+            max_couplings=self.max_couplings,
             coordinates=data.coordinates,
             velocities=data.velocities,
             units=data.units,
@@ -318,7 +334,7 @@ class _Builder:
             kinds=tuple(self.kinds),
             parts=self.parts,
             initial_state=self.writer.initial_state(),
-            index_type=_index_type([values for kind in self.kinds for _, values in kind.tables]),
+            index_type=self._index_type(),
             curves=curves,
             adaptive=self.adaptive,
             forward=self._forward(),
@@ -335,6 +351,15 @@ class _Builder:
             example_steps=min(1000, round(data.t_end / data.dt)),
         )
         return replace(spec, manifest_hash=manifest_hash(spec))
+
+    def _index_type(self) -> str:
+        """Smallest C type that holds every entry of the tables; those of an island are int."""
+        if self.sizes.n_couplings:
+            return "int"
+        top = max(max(v, default=0) for kind in self.kinds for _, v in kind.tables)
+        if top < 256:
+            return "unsigned char"
+        return "unsigned short" if top < 65536 else "unsigned long"
 
     def _guarded(self) -> tuple[bool, ...]:
         """Which contacts exist only while their guards say so."""
@@ -369,8 +394,8 @@ class _Builder:
             *steps,
             places,
             tuple(builder.helpers[first:]),
-            self.writer.assembly(forward.finish, (WORK,)),
-            None if segment is None else self.writer.assembly(segment, (WORK,)),
+            self.writer.assembly(forward.finish, (work_of(False),)),
+            None if segment is None else self.writer.assembly(segment, (work_of(False),)),
             by,
             tuple(int(any(k in reads for reads in by.q)) for k in range(n.n_q)),
             external.columns(sizes),
@@ -443,13 +468,13 @@ def _whole(d: Derivation) -> PartSpec:
 
 
 def _parts(composition: Composition, data: ModelData) -> tuple[PartSpec, ...]:
-    return tuple(
-        PartSpec(
-            *(part.name, kind, part.coordinates, part.contacts, part.rows),
-            tuple(members(part, data)[space] for space in SPACES),
-        )
-        for part, kind in zip(composition.parts, composition.kind_of, strict=True)
-    )
+    found = []
+    for part, kind in zip(composition.parts, composition.kind_of, strict=True):
+        own = members(part, data)
+        places = tuple(own[space] for space in SPACES)
+        rows = (part.coordinates, part.contacts, part.rows)
+        found.append(PartSpec(part.name, kind, *rows, places, part.couples))
+    return tuple(found)
 
 
 def _files(plan: Scheme, adaptive: bool) -> tuple[str, ...]:
@@ -458,14 +483,6 @@ def _files(plan: Scheme, adaptive: bool) -> tuple[str, ...]:
     if plan.forward:
         files = (*files, *(FORWARD_LOCATED if plan.located else ()), *FORWARD)
     return files
-
-
-def _index_type(tables: Sequence[tuple[int, ...]]) -> str:
-    """Smallest C type that holds every entry of the tables."""
-    top = max(max(values, default=0) for values in tables)
-    if top < 256:
-        return "unsigned char"
-    return "unsigned short" if top < 65536 else "unsigned long"
 
 
 def _model_hash(

@@ -1,20 +1,24 @@
 """What parts of one kind are stepped with: functions, problems and tables of their scheme."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 from signorini.codegen.c import refs
 from signorini.codegen.c.elimination import UNROLLED, Elimination, eliminate
 from signorini.codegen.c.functions import CFunction, CParameter, FunctionWriter
-from signorini.codegen.c.layout import Sizes, sizes
 from signorini.codegen.c.pieces import in_pieces
 from signorini.codegen.c.printer import Precision
+from signorini.codegen.c.sizes import Sizes, sizes
 from signorini.codegen.c.spec import ContactRow, KindSpec, ProblemSpec, Step
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
 
-WORK = CParameter("w", struct="work", const=False)
+
+def work_of(joins: bool) -> CParameter:
+    """What generated functions work on: the scratch of the step or, where parts are joined step by
+    step, what there is of each element of an island."""
+    return CParameter("w", struct="element" if joins else "work", const=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,8 @@ class KindBuilder:
         Points that have something to store.
     at : int, first_row : int
         Where its tables, and its rows of the response table, begin.
+    joins : bool
+        Whether the model has couplings.
     """
 
     def __init__(
@@ -59,8 +65,10 @@ class KindBuilder:
         structs: set[str],
         at: int = 0,
         first_row: int = 0,
+        joins: bool = False,
     ) -> None:
         plan = kind.plan
+        self.work = work_of(joins)
         self.kind = kind
         self.plan = plan
         self.precision = precision
@@ -106,12 +114,12 @@ class KindBuilder:
                 for name, values in p.tables
             ),
         )
-        finish = self.writer.assembly(plan.finish, (WORK,))
+        finish = self.writer.assembly(plan.finish, (self.work,))
         stages = ("stage_t", "stage_q", "stage_v", "stage_R")
         record = self.writer.assembly(
             plan.record,
             (
-                CParameter("w", struct="work"),
+                replace(self.work, const=True),
                 *(CParameter(name, array=True, const=False) for name in stages),
             ),
         )
@@ -135,7 +143,7 @@ class KindBuilder:
             finish=finish,
             record=record,
             watch=watch,
-            finish_segment=self.writer.assembly(located.finish, (WORK,)) if located else None,
+            finish_segment=self.writer.assembly(located.finish, (self.work,)) if located else None,
             consistency=self.writer.consistency(),
             bilateral=self.writer.of_place(
                 "bilateral_directions",
@@ -156,7 +164,7 @@ class KindBuilder:
                     arguments = tuple(refs.argument(a, self.precision, self.prefix) for a in values)
                     steps.append(Step(f"{self.prefix}evaluate_{part.point}", arguments))
             elif any(t.size for t in part.targets):
-                self._add(self.writer.assembly(part, (WORK,)))
+                self._add(self.writer.assembly(part, (self.work,)))
                 steps.append(Step(self.prefix + part.name, ("w",)))
         return tuple(steps)
 

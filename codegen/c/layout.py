@@ -1,8 +1,9 @@
 """Structs of the C interface: one table for the header, the manifest and the loader."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
+from signorini.codegen.c.sizes import Sizes
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import COEFFICIENTS, Point, Scheme
 
@@ -19,6 +20,11 @@ STATUSES: tuple[tuple[str, str], ...] = (
     ("NOT_CONVERGED", "the iteration did not converge"),
     ("REJECTED", "the solutions found do not satisfy the scheme"),
     ("INCONSISTENT_START", "the initial state violates a constraint or penetrates a contact"),
+    (
+        "CROWDED",
+        "more contacts between bodies may act at once than there is room for: generate with a "
+        "larger max_couplings",
+    ),
 )
 
 # States of a contact at the end of a step; SLIP_BACK: one slip component, negative.
@@ -26,7 +32,6 @@ CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
 EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
-MAX_EVENTS = 64  # of one step that is cut at its events
 
 
 @dataclass(frozen=True)
@@ -54,122 +59,6 @@ class Struct:
     name: str
     doc: str
     fields: tuple[Field, ...]
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Every size the runtime and the templates need."""
-
-    n_q: int
-    n_u: int
-    n_par: int
-    n_g: int
-    n_gamma: int
-    n_N: int
-    n_F: int
-    n_contacts: int
-    n_bounds: int
-    n_R: int
-    n_x: int
-    n_rows: int
-    n_x_total: int
-    n_rows_total: int
-    n_problems: int
-    n_stages: int
-    n_mass: int
-    n_direction: int
-    n_border: int
-    n_K: int
-    n_B: int
-    n_C: int
-    n_C_radius: int
-    n_axes: int
-    n_factors: int
-    n_radii_total: int
-    n_central: int
-    n_central_x: int
-    n_outputs: int
-    n_terms: int
-    n_key: int
-    n_chain: int
-    n_x_kept: int
-    n_rows_kept: int
-    n_dense: int
-    n_events: int
-    n_ways: int
-    n_slip: int
-    n_varying: int
-    n_expanded: int
-    n_expanded_x: int
-    n_one_way: int
-    n_loads: int
-    n_compliance: int
-    n_slack: int
-    n_parts: int
-    spatial: bool
-
-
-def sizes(data: ModelData, scheme: Scheme) -> Sizes:
-    """Collect the sizes of a model under a scheme."""
-    n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
-    n_x = max(p.n_x for p in scheme.problems)
-    n_rows = max(p.n_slots for p in scheme.problems) * n_R
-    n_K = max(p.jacobian.K.size for p in scheme.problems)
-    # given bounds, then the coefficient and the rest of the radius of contacts whose mu varies
-    n_bounds = sum((c.bound is not None) + 2 * c.varies for c in data.contacts)
-    located = scheme.located
-    kept = scheme.problems[: located.kept if located else None]
-    spatial = any(c.n_F > 1 for c in data.contacts)
-    return Sizes(
-        n_q=data.n_q,
-        n_u=len(data.inputs),
-        n_par=len(data.parameters),
-        n_g=data.n_g,
-        n_gamma=data.n_gamma,
-        n_N=data.n_N,
-        n_F=data.n_F,
-        n_contacts=len(data.contacts),
-        n_bounds=n_bounds,
-        n_R=n_R,
-        n_x=n_x,
-        n_rows=n_rows,
-        n_x_total=sum(p.n_x for p in scheme.problems),
-        n_rows_total=sum(p.n_slots for p in scheme.problems) * n_R,
-        n_problems=len(scheme.problems),
-        n_stages=scheme.stages,
-        n_mass=scheme.inertia.mass.size,
-        n_direction=scheme.inertia.direction.size,
-        n_border=max(len(p.jacobian.order) for p in scheme.problems),
-        n_K=n_K,
-        n_B=max(p.jacobian.B.size for p in scheme.problems),
-        n_C=max(p.jacobian.C.size for p in scheme.problems),
-        n_C_radius=max(p.jacobian.radius.size for p in scheme.problems),
-        n_axes=data.n_F if any(c.mu_F is not None for c in data.contacts) else 0,
-        n_factors=max(n_K, scheme.inertia.mass.size),
-        n_radii_total=sum(p.n_slots for p in scheme.problems) * n_bounds,
-        n_central=n_rows if spatial else 0,
-        n_central_x=n_x if spatial else 0,
-        n_outputs=len(data.outputs),
-        n_terms=scheme.terms.values.numel(),
-        n_key=scheme.terms.key.numel() if scheme.recalls else 0,
-        n_chain=located.chain if located else len(scheme.problems),
-        n_x_kept=sum(p.n_x for p in kept),
-        n_rows_kept=sum(p.n_slots for p in kept) * n_R,
-        n_dense=scheme.stages if located else 0,
-        n_events=MAX_EVENTS if located else 0,
-        # start, parameters, inputs, three times; and the length of a segment
-        n_expanded=n_R if any(c.poisson for c in data.contacts) else 0,
-        n_expanded_x=data.n_q if any(c.poisson for c in data.contacts) else 0,
-        n_varying=sum(c.varies for c in data.contacts),
-        n_slip=max([2, *(c.n_F for c in data.contacts)]),
-        n_one_way=sum(c.one_way for c in data.contacts),
-        n_loads=sum(c.load is not None for c in data.contacts),
-        n_compliance=sum(p.n_slots for p in scheme.problems) * n_R if data.compliances else 0,
-        n_slack=n_R if data.compliances else 0,
-        n_parts=1,
-        n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
-        spatial=spatial,
-    )
 
 
 def _state(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
@@ -215,24 +104,49 @@ def _state(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
 
 
 _OF_RUN = ("t_grid", "h_grid", "n_grid")  # of a state that all parts have in common
+# What a coupling has of the state of its island.
+_OF_COUPLING = ("R", "R_1", "R_2", "closed", "contact", "t_impact")
 
 
-def _states(scheme: Scheme, n: Sizes, most: Sizes) -> tuple[Struct, ...]:
+def _states(scheme: Scheme, n: Sizes, most: Sizes, island: Sizes) -> tuple[Struct, ...]:
     doc = "All that influences the next step; plain data."
     if n.n_parts == 1:
         return (Struct("state", doc, _state(scheme, n)),)
     whole = {f.name: f for f in _state(scheme, n)}
+    common = tuple(whole[name] for name in ("t", "q", "v", *_OF_RUN, "contact"))
+    if not n.n_couplings:
+        return (
+            Struct("part", "What a part of the model goes on from.", _state(scheme, most)),
+            Struct("state", doc, (*common, Field("part", "part", (n.n_parts,), "its parts"))),
+        )
+    own = tuple(f for f in _state(scheme, most) if f.name in _OF_COUPLING)
+    print_of = Field("island", "int", (), "which parts and couplings were its island, as a number")
     return (
-        Struct("part", "What a part of the model goes on from.", _state(scheme, most)),
+        Struct(
+            "part",
+            "What an island goes on from.",
+            tuple(f for f in _state(scheme, island) if f.name not in _RECALLED),
+        ),
+        Struct("kept", "What a part of the model goes on from.", (*_state(scheme, most), print_of)),
+        Struct(
+            "link",
+            "What a coupling that acted, or might have, goes on from.",
+            (Field("coupling", "int", (), "its number"), *own),
+        ),
         Struct(
             "state",
             doc,
             (
-                *(whole[name] for name in ("t", "q", "v", *_OF_RUN, "contact")),
-                Field("part", "part", (n.n_parts,), "its parts"),
+                *common,
+                Field("part", "kept", (n.n_parts,), "its parts"),
+                Field("n_links", "int", (), "couplings that joined parts in the last step"),
+                Field("link", "link", (n.n_joined,), "these couplings, ascending"),
             ),
         ),
     )
+
+
+_RECALLED = ("has_terms", "key", "terms")  # of a state, those of each part by itself
 
 
 def _info(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
@@ -261,7 +175,7 @@ def _info(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
     return info
 
 
-def _infos(scheme: Scheme, n: Sizes, most: Sizes) -> tuple[Struct, ...]:
+def _infos(scheme: Scheme, n: Sizes, island: Sizes) -> tuple[Struct, ...]:
     doc = "What a step reports."
     if n.n_parts == 1:
         return (Struct("info", doc, _info(scheme, n)),)
@@ -272,28 +186,9 @@ def _infos(scheme: Scheme, n: Sizes, most: Sizes) -> tuple[Struct, ...]:
         Field("failed", "int", (), "part of the island that was not solved; -1: none"),
     )
     return (
-        Struct("report", "What the step of one island reports.", _info(scheme, most)),
+        Struct("report", "What the step of one island reports.", _info(scheme, island)),
         Struct("info", doc, (*_info(scheme, n), *of_islands)),
     )
-
-
-# Of these a model has as many as all its parts together; of all else what its largest part has.
-_OF_MODEL = (
-    *("n_q", "n_g", "n_gamma", "n_N", "n_F", "n_contacts", "n_R"),
-    *("n_x_total", "n_rows_total"),
-)
-
-
-def largest(kinds: Sequence[Sizes]) -> Sizes:
-    """Sizes that every kind of parts fits into."""
-    return Sizes(**{f.name: max(getattr(n, f.name) for n in kinds) for f in fields(Sizes)})
-
-
-def together(kinds: Sequence[Sizes], kind_of: Sequence[int], data: ModelData) -> Sizes:
-    """Sizes of a model of several parts: scratch is that of the largest."""
-    total = {name: sum(getattr(kinds[k], name) for k in kind_of) for name in _OF_MODEL}
-    n = replace(largest(kinds), **total, n_outputs=len(data.outputs), n_parts=len(kind_of))
-    return replace(n, n_u=len(data.inputs), n_events=n.n_events * len(kind_of))
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,13 +205,15 @@ def structs(
     kinds: Sequence[Scratch],
     n: Sizes,
     most: Sizes,
+    island: Sizes,
     scratch: tuple[Struct, ...],
     adaptive: bool,
 ) -> tuple[Struct, ...]:
     """All structs, in the order in which C must see them.
 
-    `n` are the sizes of the model, `most` those of its largest part; `scratch` is the runtime's,
-    `adaptive` says whether a tolerance can choose step sizes.
+    `n` are the sizes of the model, `most` those of its largest part, `island` those of what may be
+    stepped at once, which is more where there are couplings; `scratch` is the runtime's, `adaptive`
+    says whether a tolerance can choose step sizes.
     """
     scheme = kinds[0].scheme
     params = tuple(
@@ -441,9 +338,9 @@ def structs(
     return (
         Struct("params", "Parameters in declared order.", params),
         Struct("options", "Options of the step.", options),
-        *_states(scheme, n, most),
+        *_states(scheme, n, most, island),
         Struct("event", "A change of a contact's state.", event),
-        *_infos(scheme, n, most),
+        *_infos(scheme, n, island),
         Struct(
             "record",
             "Buffers of the caller for many steps; a row stands for `every` steps.",
@@ -455,10 +352,11 @@ def structs(
         Struct("consistency", "Constraints and gaps at the start.", consistency),
         *scratch,
         *(_forward(scheme, n, points) if scheme.forward else ()),
+        *(_element(kinds, most, points) if n.n_couplings else ()),
         Struct(
             "work",
             "Scratch of one step; nothing survives in it.",
-            _work(kinds, n, most, points, scratch),
+            _work(kinds, n, most, island, points, scratch),
         ),
     )
 
@@ -476,7 +374,7 @@ def _forward(scheme: Scheme, n: Sizes, points: tuple[Struct, ...]) -> tuple[Stru
     }
     looks = {f.name for f in _looks(scheme, n)}
     alone = (Scratch("", scheme),)
-    fields = [f for f in _work(alone, n, n, (), ()) if f.name in own or f.name in looks]
+    fields = [f for f in _work(alone, n, n, n, (), ()) if f.name in own or f.name in looks]
     places = tuple(
         Field(place, f"{point}_forward", (count,) if count else ())
         for point, place, count in scheme.places
@@ -518,15 +416,22 @@ def _looks(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
     )
 
 
-def _islands(whole: Sizes, most: Sizes) -> tuple[Field, ...]:
+def _islands(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]:
     """What a model of several parts needs besides: the part at hand, and where all will be."""
     if whole.n_parts == 1:
         return (Field("trial", "state", (), "state at the start of the (sub)step"),)
+    joins = whole.n_couplings > 0
     return (
         Field("kind", "int", (), "kind of the part that is being stepped"),
         Field("trial", "part", (), "its state at the start of the (sub)step"),
         Field("report", "report", (), "what its step reports"),
-        Field("next", "part", (whole.n_parts,), "all parts at the end of the step"),
+        Field(
+            "next",
+            "kept" if joins else "part",
+            (whole.n_parts,),
+            "all parts at the end of the step",
+        ),
+        *(_of_couplings(whole, most, island) if joins else ()),
         Field("exists", "int", (whole.n_contacts,), "guard >= 0 at the start, of all contacts"),
         Field("staged", "int", (), "whether all parts were stepped whole: there are stages"),
         Field("stage_t", "real", (whole.n_stages,), "t^i"),
@@ -539,24 +444,98 @@ def _islands(whole: Sizes, most: Sizes) -> tuple[Field, ...]:
     )
 
 
-def _work(
-    kinds: Sequence[Scratch],
-    whole: Sizes,
-    n: Sizes,
-    points: tuple[Struct, ...],
-    scratch: tuple[Struct, ...],
-) -> tuple[Field, ...]:
-    scheme = kinds[0].scheme
+def _places(kinds: Sequence[Scratch], points: tuple[Struct, ...]) -> tuple[Field, ...]:
+    """Where the results of points stand."""
     known = {p.name for p in points}
-    places = tuple(
+    return tuple(
         Field(kind.prefix + place, kind.prefix + point, (count,) if count else ())
         for kind in kinds
         for point, place, count in kind.scheme.places
         if kind.prefix + point in known
     )
+
+
+def _element(
+    kinds: Sequence[Scratch], most: Sizes, points: tuple[Struct, ...]
+) -> tuple[Struct, ...]:
+    """What generated functions read and write of one part or coupling, before it is added up."""
+    scheme = kinds[0].scheme
+    recalls = any(kind.scheme.recalls for kind in kinds)
+    own = {f.name: f for f in _state(scheme, most)}
+    recalled = tuple(own[name] for name in _RECALLED if name in own)
+    return (
+        *((Struct("recalled", "Terms at the start of a step.", recalled),) if recalled else ()),
+        Struct(
+            "element",
+            "One part or coupling of an island.",
+            (
+                *((Field("trial", "recalled", (), "terms known before"),) if recalled else ()),
+                *_model_work(kinds, most, _terms(recalls, most)),
+                *_places(kinds, points),
+            ),
+        ),
+    )
+
+
+def _work(
+    kinds: Sequence[Scratch],
+    whole: Sizes,
+    most: Sizes,
+    island: Sizes,
+    points: tuple[Struct, ...],
+    scratch: tuple[Struct, ...],
+) -> tuple[Field, ...]:
+    scheme = kinds[0].scheme
+    terms = _terms(any(kind.scheme.recalls for kind in kinds), most)
+    joins = whole.n_couplings > 0
+    return (
+        *_islands(whole, most, island),
+        *_model_work(kinds, island, () if joins else terms),
+        *(() if joins else _places(kinds, points)),
+        *(Field(s.name, s.name, (), s.doc) for s in scratch),
+        *(
+            (Field("forward", "forward", (), "its change along a direction"),)
+            if scheme.forward
+            else ()
+        ),
+    )
+
+
+def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]:
+    """What the step of a model with couplings needs besides."""
+    count = whole.n_parts + whole.n_joined
+    nodes = 2 * whole.n_parts
+    return (
+        Field("n_links", "int", (), "couplings that join parts in this step"),
+        Field("link", "link", (whole.n_joined,), "these couplings at its end"),
+        Field("joins", "int", (whole.n_couplings,), "whether a coupling does"),
+        Field("root", "int", (whole.n_parts,), "first part of the island of each part"),
+        Field("whole", "int", (whole.n_parts,), "whether its stages are those of the whole step"),
+        Field("island", "void*", (), "sizes and tables of the island that is being stepped"),
+        Field("n_members", "int", (), "parts and couplings that it consists of"),
+        Field("n_bodies", "int", (), "how many of them, from the first, are parts"),
+        Field("members", "int", (count,), "their numbers"),
+        Field("first", "int", (count, 6), "first row of each of g, gamma, N, F, contacts, bounds"),
+        Field("place", "int", (whole.n_q,), "where the coordinates of the model stand in it"),
+        Field("owner", "int", (whole.n_q,), "which of its parts has them"),
+        Field("holder", "int", (whole.n_q,), "which part of the model has them"),
+        Field("origin", "part", (), "state at the start of the step"),
+        Field("end_q", "real", (whole.n_q,), "coordinates at its end"),
+        Field("end_v", "real", (whole.n_q,), "velocities there"),
+        Field("spot", "int", (most.n_border,), "where unknowns of an element stand in the island"),
+        Field("tables", "int", (island.n_problems, 7), "where K, B, C of its problems begin"),
+        Field("element", "element", (count,), "each of them by itself"),
+        Field("adjacent", "int", (nodes, nodes), "which unknowns are in each other's equations"),
+        Field("position", "int", (island.n_problems, island.n_border), "where unknowns stand in K"),
+        Field("table", "int", (island.n_table,), "patterns of its matrices"),
+    )
+
+
+def _model_work(kinds: Sequence[Scratch], n: Sizes, terms: tuple[Field, ...]) -> tuple[Field, ...]:
+    """What the generated functions and the runtime hand to each other."""
+    scheme = kinds[0].scheme
     rows = max(p.n_slots for kind in kinds for p in kind.scheme.problems)
     return (
-        *_islands(whole, n),
         Field("t", "real", (), "start of the (sub)step"),
         Field("h", "real", (), "its size"),
         Field("q", "real", (n.n_q,), "q_n"),
@@ -577,8 +556,7 @@ def _work(
         Field("compliance", "real", (n.n_compliance,), "dy/dR of the rows of all problems"),
         Field("slack", "real", (n.n_slack,), "what rows that yield are compressed by at the start"),
         Field("no_R", "real", (n.n_R,), "zeros"),
-        *_terms(any(kind.scheme.recalls for kind in kinds), n),
-        *places,
+        *terms,
         *_looks(scheme, n),
         Field("Q", "real", (n.n_stages, n.n_q), "positions at the stages"),
         Field("q_end", "real", (n.n_q,), "q_{n+1}"),
@@ -596,10 +574,4 @@ def _work(
         Field("B", "real", (n.n_B,), "dr/dR by columns"),
         Field("C", "real", (n.n_C,), "dy/dx by rows"),
         Field("C_radius", "real", (n.n_C_radius,), "d(radius)/dx by rows"),
-        *(Field(s.name, s.name, (), s.doc) for s in scratch),
-        *(
-            (Field("forward", "forward", (), "its change along a direction"),)
-            if scheme.forward
-            else ()
-        ),
     )

@@ -5,9 +5,7 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from signorini.codegen.c.layout import (
-    Field,
-)
+from signorini.codegen.c.layout import Field
 from signorini.codegen.c.spec import EmitSpec
 
 
@@ -32,6 +30,7 @@ def _manifest(spec: EmitSpec) -> dict[str, Any]:
         "velocity_constraints": spec.velocity_constraints,
         "events": spec.events,
         "derivatives": spec.forward is not None,
+        "max_couplings": spec.max_couplings,
         "adaptive": spec.adaptive,
         "influence": asdict(spec.forward.influence) if spec.forward else None,
         "precision": spec.precision.name,

@@ -3,7 +3,8 @@
 import re
 from dataclasses import asdict
 
-from signorini.codegen.c.layout import Field, Sizes, Struct
+from signorini.codegen.c.layout import Field, Struct
+from signorini.codegen.c.sizes import Sizes
 
 _STRUCT = re.compile(
     r"/\*(?P<doc>(?:(?!\*/).)*)\*/\s*typedef struct \{(?P<body>[^}]*)\} SG\((?P<name>\w+)\);",

@@ -18,17 +18,10 @@ from signorini.codegen.c.footprint import (
     struct_sizes,
 )
 from signorini.codegen.c.functions import CFunction
-from signorini.codegen.c.layout import (
-    CONTACT_STATES,
-    EVENT_KINDS,
-    MAX_EVENTS,
-    MAX_ITERATIONS,
-    Sizes,
-    Struct,
-    largest,
-)
+from signorini.codegen.c.layout import CONTACT_STATES, EVENT_KINDS, MAX_ITERATIONS, Struct
 from signorini.codegen.c.printer import Precision
 from signorini.codegen.c.share import SharedFunction
+from signorini.codegen.c.sizes import MAX_EVENTS, Sizes, largest
 from signorini.codegen.c.tables import CTable
 from signorini.codegen.derive.influence import Influence
 from signorini.codegen.frontend.model_data import Parameter
@@ -39,7 +32,7 @@ _MODEL_MACROS = (
 )
 _TEMPLATE_MACROS = (
     *("SG", "SG_K", "SG_FLOAT", "SG_EXTENDED", "SG_SPATIAL", "SG_MOST_Q"),
-    *("SG_MOST_CONTACTS", "SG_MOST_EVENTS"),
+    *("SG_MOST_CONTACTS", "SG_MOST_EVENTS", "SG_N_ELEMENTS", "SG_JOINS"),
     *("SG_UNROLLED", "SG_TABULATED", "SG_LOCATED", "SG_DERIVATIVES"),
 )
 
@@ -211,6 +204,7 @@ class PartSpec:
     contacts: tuple[int, ...]
     rows: tuple[int, ...]
     shares: tuple[tuple[int, ...], ...]  # space by space, as SPACES counts them
+    couples: bool = False  # contacts between parts, which have the coordinates
 
 
 @dataclass(frozen=True)
@@ -231,6 +225,8 @@ class EmitSpec:
     velocity_constraints: str
     precision: Precision
     sizes: Sizes
+    island: Sizes  # of what may be stepped at once
+    max_couplings: int | None  # as it was asked for
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
     units: tuple[str, ...]
@@ -270,6 +266,34 @@ class EmitSpec:
     def single(self) -> bool:
         """Whether the model is one part."""
         return len(self.parts) == 1
+
+    @property
+    def joins(self) -> bool:
+        """Whether contacts join parts step by step."""
+        return self.sizes.n_couplings > 0
+
+    @property
+    def joined_macros(self) -> tuple[tuple[str, int], ...]:
+        """Sizes of islands and of their elements, where contacts join parts."""
+        n, most = self.island, self.most
+        if not self.joins:
+            return ()
+        return (
+            ("SG_OWN_Q", most.n_q),
+            ("SG_ISLAND_SLIPS", max(n.n_F, 1)),
+            ("SG_ISLAND_GAPS", max(n.n_N, 1)),
+            ("SG_BLOCKS_KEPT", n.n_x_kept // n.n_q),
+            ("SG_SLOTS_KEPT", n.n_rows_kept // n.n_R),
+            ("SG_OWN_X_KEPT", most.n_x_kept),
+            ("SG_OWN_ROWS_KEPT", most.n_rows_kept),
+            ("SG_OWN_KEY", most.n_key),
+            ("SG_OWN_TERMS", most.n_terms),
+        )
+
+    @property
+    def element(self) -> str:
+        """The struct that generated functions work on."""
+        return f"{self.prefix}_{'element' if self.joins else 'work'}"
 
     def first_member(self, part: int) -> int:
         """Where the places of a part begin in the table of all parts."""
@@ -378,7 +402,7 @@ class EmitSpec:
         owners = ("", *(kind.prefix for kind in self.kinds if kind.prefix))
         return _names(
             self.types + self.runtime,
-            (*_TEMPLATE_MACROS, *sizes),
+            (*_TEMPLATE_MACROS, *sizes, *(name for name, _ in self.joined_macros)),
             ("sg_table", "sg_index", *(f"sg_{own}{name}" for own in owners for name in _TABLES)),
         )
 

@@ -1,6 +1,7 @@
 """The frozen model: what the user wrote, checked, as CasADi SX."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import casadi as ca
 from signorini.codegen.frontend.table import Table
@@ -74,7 +75,7 @@ class Contact:
             return "none"
         return "coulomb" if self.mu_F is None else "elliptic"
 
-    @property
+    @cached_property
     def n_F(self) -> int:
         """Number of slip components."""
         return int(self.gamma_F.numel())
@@ -158,18 +159,18 @@ class ModelData:
     def n_q(self) -> int:
         return len(self.coordinates)
 
-    @property
+    @cached_property
     def n_g(self) -> int:
         return int(self.g.numel())
 
-    @property
+    @cached_property
     def n_gamma(self) -> int:
         return int(self.gamma.numel())
 
-    @property
+    @cached_property
     def n_N(self) -> int:
         return sum(c.g_N is not None for c in self.contacts)
 
-    @property
+    @cached_property
     def n_F(self) -> int:
         return sum(c.n_F for c in self.contacts)

@@ -34,6 +34,7 @@
 #undef SG_DIP
 #undef SG_DIP_ROUNDS
 #undef SG_EFFORT
+#undef SG_ELEMENT
 #undef SG_EPS
 #undef SG_EVENTS_AT_PLACE
 #undef SG_EXTENDED
@@ -48,6 +49,7 @@
 #undef SG_HOLDING
 #undef SG_HUGE
 #undef SG_INSIDE
+#undef SG_JOINS
 #undef SG_K
 #undef SG_LANDING
 #undef SG_LAST_TURNS
@@ -64,10 +66,13 @@
 #undef SG_N_CHAIN
 #undef SG_N_COMPLIANCE
 #undef SG_N_CONTACTS
+#undef SG_N_COUPLINGS
+#undef SG_N_ELEMENTS
 #undef SG_N_EVENTS
 #undef SG_N_EXPANDED
 #undef SG_N_G
 #undef SG_N_GAMMA
+#undef SG_N_JOINED
 #undef SG_N_KEY
 #undef SG_N_LOADS
 #undef SG_N_N
@@ -126,6 +131,8 @@
 #define SG_ATTEMPTS bouncing_ball_own_SG_ATTEMPTS
 #undef SG_AT_REST
 #define SG_AT_REST bouncing_ball_own_SG_AT_REST
+#undef SG_BLOCKS_KEPT
+#define SG_BLOCKS_KEPT bouncing_ball_own_SG_BLOCKS_KEPT
 #undef SG_CENTRAL_PATH
 #define SG_CENTRAL_PATH bouncing_ball_own_SG_CENTRAL_PATH
 #undef SG_CLOSES
@@ -168,6 +175,8 @@
 #define SG_SLIP bouncing_ball_own_SG_SLIP
 #undef SG_SLIPS
 #define SG_SLIPS bouncing_ball_own_SG_SLIPS
+#undef SG_SLOTS_KEPT
+#define SG_SLOTS_KEPT bouncing_ball_own_SG_SLOTS_KEPT
 #undef SG_STATE_BACK
 #define SG_STATE_BACK bouncing_ball_own_SG_STATE_BACK
 #undef SG_STATE_FORTH
@@ -190,6 +199,8 @@
 #define real bouncing_ball_own_real
 #undef sg_activity
 #define sg_activity bouncing_ball_own_sg_activity
+#undef sg_add_report
+#define sg_add_report bouncing_ball_own_sg_add_report
 #undef sg_add_row
 #define sg_add_row bouncing_ball_own_sg_add_row
 #undef sg_advance
@@ -306,6 +317,8 @@
 #define sg_coordinates_of bouncing_ball_own_sg_coordinates_of
 #undef sg_copy
 #define sg_copy bouncing_ball_own_sg_copy
+#undef sg_copy_part
+#define sg_copy_part bouncing_ball_own_sg_copy_part
 #undef sg_count
 #define sg_count bouncing_ball_own_sg_count
 #undef sg_cover
@@ -330,6 +343,8 @@
 #define sg_equal_masses bouncing_ball_own_sg_equal_masses
 #undef sg_evaluate
 #define sg_evaluate bouncing_ball_own_sg_evaluate
+#undef sg_evaluate_joined
+#define sg_evaluate_joined bouncing_ball_own_sg_evaluate_joined
 #undef sg_evaluate_problem
 #define sg_evaluate_problem bouncing_ball_own_sg_evaluate_problem
 #undef sg_event

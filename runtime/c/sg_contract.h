@@ -68,8 +68,14 @@ enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4 }; /* info.rescues */
    last, and its nearest point may be as far away as the checker accepts. */
 enum { SG_AT_REST, SG_FIRST_ATTEMPT, SG_LATER_ATTEMPT, SG_LAST_RESORT };
 
-/* Generated functions. All read the step's start and the unknowns from the work struct and write
-   there. */
+/* What generated functions read the step's start and the unknowns from, and write to. */
+#if SG_JOINS
+#define SG_ELEMENT SG(element)
+#else
+#define SG_ELEMENT SG(work)
+#endif
+
+/* Generated functions; of an island that is put together those of its elements (sg_assemble.c). */
 static void SG(start)(SG(work) * w, const SG(params) * par);
 static void SG(values)(SG(work) * w, const SG(params) * par, int problem);
 static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem);
@@ -100,11 +106,26 @@ static void SG(part_places)(int kind, real t, const real q[], const SG(params) *
                             SG(consistency) * out);
 static void SG(part_rates)(int kind, real t, const real q[], const real v[], const SG(params) * par,
                            SG(consistency) * out);
-static void SG(part_stages)(int kind, const SG(work) * w, real stage_t[], real stage_q[],
+static void SG(part_stages)(int kind, const SG_ELEMENT *w, real stage_t[], real stage_q[],
                             real stage_v[], real stage_R[]);
 #if SG_N_KEY > 0
 static void SG(part_terms)(int kind, real t, const real q[], const SG(params) * par, real out[]);
 static void SG(part_key)(int kind, real t, const real q[], const SG(params) * par, real out[]);
+#endif
+
+#if SG_JOINS
+/* What the functions above do for an island, for one of its elements; `kind` is that of the
+   element. */
+static void SG(part_start)(int kind, SG(element) * w, const SG(params) * par);
+static void SG(part_values)(int kind, SG(element) * w, const SG(params) * par, int problem);
+static void SG(part_derivatives)(int kind, SG(element) * w, const SG(params) * par, int problem);
+static void SG(part_finish)(int kind, SG(element) * w);
+static int SG(part_eliminate)(SG(work) * w, int problem, int border);
+static void SG(part_substitute)(const SG(work) * w, int problem, int first, real b[]);
+#if SG_LOCATED
+static void SG(part_watch)(int kind, SG(element) * w, const SG(params) * par);
+static void SG(part_finish_segment)(int kind, SG(element) * w);
+#endif
 #endif
 
 /* First of the normal rows and of the slip rows in a slot of the whole model. */

@@ -53,6 +53,10 @@ static void sg_smallest_gap(const SG(work) * w, SG(report) * info, int problem) 
     }
 }
 
+#if SG_JOINS
+/* Those of every part by itself (sg_assemble.c). */
+static void sg_retain(SG(work) * w, const SG(params) * par);
+#else
 /* Terms of (t_n, q_n): the step before left them in the state, unless something changed since. */
 static void sg_recall(SG(work) * w, const SG(params) * par) {
 #if SG_N_KEY > 0
@@ -73,16 +77,6 @@ static void sg_recall(SG(work) * w, const SG(params) * par) {
 #endif
 }
 
-/* Everything that is known at the start of a step of size h from the trial state at time t. */
-static void sg_begin(SG(work) * w, const SG(params) * par, real t, real h) {
-    w->t = t;
-    w->h = h;
-    sg_copy(sg_n_q(w), w->trial.q, w->q);
-    sg_copy(sg_n_q(w), w->trial.v, w->v);
-    sg_recall(w, par);
-    SG(start)(w, par);
-}
-
 /* Keep the terms of the end of the step, and what they belong to. */
 static void sg_retain(SG(work) * w, const SG(params) * par) {
 #if SG_N_KEY > 0
@@ -94,6 +88,19 @@ static void sg_retain(SG(work) * w, const SG(params) * par) {
     (void)w;
     (void)par;
 #endif
+}
+#endif
+
+/* Everything that is known at the start of a step of size h from the trial state at time t. */
+static void sg_begin(SG(work) * w, const SG(params) * par, real t, real h) {
+    w->t = t;
+    w->h = h;
+    sg_copy(sg_n_q(w), w->trial.q, w->q);
+    sg_copy(sg_n_q(w), w->trial.v, w->v);
+#if !SG_JOINS
+    sg_recall(w, par);
+#endif
+    SG(start)(w, par);
 }
 
 /* Everything that is known at the start of a step of size h, if it can be taken from there. */

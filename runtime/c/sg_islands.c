@@ -16,17 +16,6 @@ static int sg_has_stages(const SG(part) * s, const SG(report) * info) {
 }
 
 #if SG_N_PARTS > 1
-/* Its coordinates, contacts and percussions among those of the model. */
-static inline const int *sg_coordinates_of(int part) { return &sg_members[sg_parts[part].first]; }
-
-static inline const int *sg_contacts_of(int part) {
-    return sg_coordinates_of(part) + sg_kinds[sg_parts[part].kind].n_q;
-}
-
-static inline const int *sg_rows_of(int part) {
-    return sg_contacts_of(part) + sg_kinds[sg_parts[part].kind].n_contacts;
-}
-
 static void sg_reset_info(SG(info) * info) {
     int k;
     for (k = 0; k < SG_N_CONTACTS; ++k) {
@@ -51,6 +40,36 @@ static void sg_reset_info(SG(info) * info) {
     info->largest = 0;
     info->rescued = -1;
     info->failed = -1;
+}
+
+/* Add the numbers that the step of a part or island reports to those of the step. */
+static void sg_add_report(SG(info) * info, const SG(report) * own) {
+    info->iterations += own->iterations;
+    info->substeps += own->substeps;
+    info->rescues |= own->rescues;
+    info->percussions = own->percussions > info->percussions ? own->percussions : info->percussions;
+    info->lost_impacts += own->lost_impacts;
+    info->residual = sg_max(info->residual, own->residual);
+    info->smallest_gap = sg_min(info->smallest_gap, own->smallest_gap);
+#if SG_LOCATED
+    if (own->captured > 0) {
+        info->t_captured =
+            info->captured == 0 ? own->t_captured : sg_min(info->t_captured, own->t_captured);
+    }
+    info->captured = own->captured > info->captured ? own->captured : info->captured;
+#endif
+}
+
+#if !SG_JOINS
+/* Its coordinates, contacts and percussions among those of the model. */
+static inline const int *sg_coordinates_of(int part) { return &sg_members[sg_parts[part].first]; }
+
+static inline const int *sg_contacts_of(int part) {
+    return sg_coordinates_of(part) + sg_kinds[sg_parts[part].kind].n_q;
+}
+
+static inline const int *sg_rows_of(int part) {
+    return sg_contacts_of(part) + sg_kinds[sg_parts[part].kind].n_contacts;
 }
 
 /* Take up a part: *own, what it goes on from, at the time, place and velocity of the model. */
@@ -87,13 +106,7 @@ static void sg_gather(SG(work) * w, SG(info) * info, int part) {
     const int *contacts = sg_contacts_of(part);
     const int *rows = sg_rows_of(part);
     int k;
-    info->iterations += own->iterations;
-    info->substeps += own->substeps;
-    info->rescues |= own->rescues;
-    info->percussions = own->percussions > info->percussions ? own->percussions : info->percussions;
-    info->lost_impacts += own->lost_impacts;
-    info->residual = sg_max(info->residual, own->residual);
-    info->smallest_gap = sg_min(info->smallest_gap, own->smallest_gap);
+    sg_add_report(info, own);
     for (k = 0; k < sg_n_R(w); ++k) {
         info->P[rows[k]] = own->P[k];
     }
@@ -103,11 +116,6 @@ static void sg_gather(SG(work) * w, SG(info) * info, int part) {
         w->exists[contacts[k]] = w->found.exists[k];
     }
 #if SG_LOCATED
-    if (own->captured > 0) {
-        info->t_captured =
-            info->captured == 0 ? own->t_captured : sg_min(info->t_captured, own->t_captured);
-    }
-    info->captured = own->captured > info->captured ? own->captured : info->captured;
     sg_merge_events(info, own, contacts);
 #endif
     ++info->islands;
@@ -181,13 +189,15 @@ static int sg_step_islands(SG(state) * s, SG(work) * w, SG(info) * info, const S
     return SG_K(OK);
 }
 
+#endif
+
 /* The energy of the model. */
 static real sg_energy_at(real t, const real q[], const real v[], const SG(params) * par) {
     real own_q[SG_MOST_Q], own_v[SG_MOST_Q];
     real sum = SG_C(0.0);
     int j, part;
     for (part = 0; part < SG_N_PARTS; ++part) {
-        const int *at = sg_coordinates_of(part);
+        const int *at = &sg_members[sg_parts[part].first];
         real E[1];
         for (j = 0; j < sg_kinds[sg_parts[part].kind].n_q; ++j) {
             own_q[j] = q[at[j]];

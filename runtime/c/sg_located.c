@@ -270,7 +270,11 @@ static int sg_capture(SG(work) * w, const SG(part) * s, SG(report) * info, const
     info->iterations = 0;
     status = sg_cover(w, s->t + done, info, par, opt, h - done);
     if (status != SG_K(OK) && done > SG_C(0.0)) {
+#if SG_JOINS
+        sg_copy_part(w, s, &w->trial);
+#else
         w->trial = *s;
+#endif
         info->captured = 2;
         info->t_captured = s->t;
         info->n_events = 0;

@@ -4,6 +4,10 @@
 /* The part of the model that is being stepped: sizes, contacts and problems of its kind. In a model
    that is a single part all of this is known when it is compiled. */
 
+#if SG_JOINS
+/* An island that is put together, or one part (sg_assemble.c). */
+static inline const sg_kind *sg_kind_of(const SG(work) * w) { return (const sg_kind *)w->island; }
+#else
 static inline int sg_kind_number(const SG(work) * w) {
 #if SG_N_PARTS > 1
     return w->kind;
@@ -14,6 +18,7 @@ static inline int sg_kind_number(const SG(work) * w) {
 }
 
 static inline const sg_kind *sg_kind_of(const SG(work) * w) { return &sg_kinds[sg_kind_number(w)]; }
+#endif
 
 /* Coordinates. */
 static inline int sg_n_q(const SG(work) * w) { return sg_kind_of(w)->n_q; }
@@ -117,7 +122,11 @@ static inline real sg_compliance(const SG(work) * w, int k) {
 #endif
 }
 
-#if SG_LOCATED
+#if SG_LOCATED && SG_JOINS
+/* Energy of the island at hand (sg_assemble.c). */
+static real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
+                      const SG(params) * par);
+#elif SG_LOCATED
 /* Energy of the part at hand. */
 static inline real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
                              const SG(params) * par) {

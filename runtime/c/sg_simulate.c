@@ -80,8 +80,8 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
         return SG_K(BAD_ARGUMENT);
     }
 #if SG_N_PARTS > 1
-    for (part = 0; part < SG_N_PARTS && status == SG_K(OK); ++part) {
-        const int *at = sg_coordinates_of(part);
+    for (part = 0; part < SG_N_ELEMENTS && status == SG_K(OK); ++part) {
+        const int *at = &sg_members[sg_parts[part].first];
         for (j = 0; j < sg_kinds[sg_parts[part].kind].n_q; ++j) {
             q[j] = q0[at[j]];
             v[j] = v0[at[j]];
@@ -314,6 +314,13 @@ static int sg_evaluate_problem(const SG(part) * s, SG(work) * w, const SG(params
     return SG_K(OK);
 }
 
+#if SG_JOINS
+/* The same of all parts and some couplings between them (sg_join.c). */
+static int sg_evaluate_joined(const SG(state) * s, SG(work) * w, const SG(params) * par,
+                              const SG(options) * opt, real h, int share, int problem,
+                              const real x[], const real R[]);
+#endif
+
 #if SG_N_PARTS > 1
 int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const SG(options) * opt,
                 const real u[], real h, int part, int problem, const real x[], const real R[]) {
@@ -329,7 +336,12 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     for (j = 0; j < SG_N_U; ++j) {
         w->u[j] = u[j];
     }
-#if SG_N_PARTS > 1
+#if SG_JOINS
+    if (part < 0 || part > 1 + SG_N_COUPLINGS / SG_N_JOINED) {
+        return SG_K(BAD_ARGUMENT);
+    }
+    return sg_evaluate_joined(s, w, par, opt, h, part, problem, x, R);
+#elif SG_N_PARTS > 1
     if (part < 0 || part >= SG_N_PARTS) {
         return SG_K(BAD_ARGUMENT);
     }
@@ -337,6 +349,6 @@ int SG(problem)(const SG(state) * s, SG(work) * w, const SG(params) * par, const
     sg_enter_part(w, s, &w->next[part], part);
     return sg_evaluate_problem(&w->next[part], w, par, opt, h, problem, x, R);
 #else
-    return sg_evaluate_problem(s, w, par, opt, h, problem, x, R);
+return sg_evaluate_problem(s, w, par, opt, h, problem, x, R);
 #endif
 }

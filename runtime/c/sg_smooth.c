@@ -62,7 +62,16 @@ static void sg_smooth_rows(SG(work) * w, const sg_problem *pr) {
 /* First velocity, in elimination order, that percussion k acts on; n_x if there is none. */
 static inline int sg_first_answer(const sg_problem *pr, int k) {
     const int begin = pr->B.start[k];
+#if SG_JOINS
+    int first = pr->n_x; /* a coupling has them in the order of its own */
+    int e;
+    for (e = begin; e < pr->B.start[k + 1]; ++e) {
+        first = pr->B.index[e] < first ? pr->B.index[e] : first;
+    }
+    return first;
+#else
     return begin < pr->B.start[k + 1] ? pr->B.index[begin] : pr->n_x;
+#endif
 }
 
 /* How the velocities answer to percussion k and `share` times percussion `tied`, with opposite

@@ -9,6 +9,10 @@ static int sg_locate(SG(work) * w, const SG(part) * s, SG(report) * info, const 
                      const SG(options) * opt, real h);
 #endif
 
+#if SG_JOINS
+/* Forget what all parts would go on from (sg_join.c). */
+static void sg_reset_parts(SG(state) * s);
+#else
 static void sg_reset_guess(SG(part) * s, int n_contacts) {
     int k;
     sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x);
@@ -56,6 +60,7 @@ static void sg_reset_parts(SG(state) * s) {
     sg_reset_guess(s, SG_N_CONTACTS);
 #endif
 }
+#endif
 
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
     if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_N_Q, q) ||
@@ -107,6 +112,42 @@ static void sg_tick(SG(state) * to, const SG(state) * s, real h) {
     to->n_grid += SG_C(1.0);
     to->t = to->t_grid + to->n_grid * h;
 }
+
+#if SG_JOINS
+/* Copy what an island goes on from, as much as the one at hand has. */
+static void sg_copy_part(const SG(work) * w, const SG(part) * from, SG(part) * to) {
+    const int n_x = SG_BLOCKS_KEPT * sg_n_q(w);
+    const int n_R = SG_SLOTS_KEPT * sg_n_R(w);
+    int k;
+    to->t = from->t;
+    to->warm = from->warm;
+    to->order = from->order;
+    to->h_guess = from->h_guess;
+    sg_copy(sg_n_q(w), from->q, to->q);
+    sg_copy(sg_n_q(w), from->v, to->v);
+    sg_copy(n_x, from->x, to->x);
+    sg_copy(n_x, from->x_1, to->x_1);
+    sg_copy(n_x, from->x_2, to->x_2);
+    sg_copy(n_R, from->R, to->R);
+    sg_copy(n_R, from->R_1, to->R_1);
+    sg_copy(n_R, from->R_2, to->R_2);
+    for (k = 0; k < sg_n_contacts(w); ++k) {
+        to->closed[k] = from->closed[k];
+        to->contact[k] = from->contact[k];
+#if SG_LOCATED
+        to->t_impact[k] = from->t_impact[k];
+#endif
+    }
+    for (k = 0; k < SG_N_PROBLEMS; ++k) {
+        to->states[k] = from->states[k];
+        to->choice[k] = from->choice[k];
+    }
+#if SG_LOCATED
+    to->located = from->located;
+    to->segment = from->segment;
+#endif
+}
+#endif
 
 /* The step of one part from w->trial, where its end will stand, too; *s is the same and stays. */
 static int sg_step_part(const SG(part) * s, SG(work) * w, SG(report) * info, const SG(params) * par,

@@ -1,0 +1,776 @@
+#pragma once
+#include "sg_smooth.c"
+
+/* An island that is put together in the step: parts, and couplings that may act between them. Each
+   of these elements is evaluated by itself, and what it says is added up. A part that nothing joins
+   is its own island, with the tables of its kind. */
+
+/* What stands in w->first for each element. */
+enum {
+    SG_FIRST_G,
+    SG_FIRST_GAMMA,
+    SG_FIRST_N,
+    SG_FIRST_F,
+    SG_FIRST_CONTACT,
+    SG_FIRST_BOUND,
+    SG_FIRSTS
+};
+
+enum { SG_TABLES = 7 };
+
+/* Tables of an island; those of integers stand in w->table. */
+typedef struct {
+    sg_kind kind;
+    sg_problem problems[SG_N_PROBLEMS];
+    sg_contact contacts[SG_MOST_CONTACTS];
+    sg_slip slips[SG_ISLAND_SLIPS];
+    int one_way[SG_ISLAND_GAPS];
+    int used; /* of w->table */
+} sg_island;
+
+/* Coordinates, contacts and percussions of an element among those of the model. */
+static inline const int *sg_coordinates_of(int element) {
+    return &sg_members[sg_parts[element].first];
+}
+
+static inline const int *sg_contacts_of(int element) {
+    return sg_coordinates_of(element) + sg_kinds[sg_parts[element].kind].n_q;
+}
+
+static inline const int *sg_rows_of(int element) {
+    return sg_contacts_of(element) + sg_kinds[sg_parts[element].kind].n_contacts;
+}
+
+/* The kind of member m of the island. */
+static inline const sg_kind *sg_member_kind(const SG(work) * w, int m) {
+    return &sg_kinds[sg_parts[w->members[m]].kind];
+}
+
+/* First of the rows of member m that `what` says. */
+static inline int sg_first_of(const SG(work) * w, int m, int what) {
+    return w->first[SG_FIRSTS * m + what];
+}
+
+/* Where coordinate j of member m stands in the island. */
+static inline int sg_place_of(const SG(work) * w, int m, int j) {
+    return w->place[sg_coordinates_of(w->members[m])[j]];
+}
+
+/* Where row c of a slot of member m stands in a slot of the island. */
+static int sg_row_of(const SG(work) * w, int m, int c) {
+    const sg_kind *own = sg_member_kind(w, m);
+    if (c < own->n_g) {
+        return sg_first_of(w, m, SG_FIRST_G) + c;
+    }
+    c -= own->n_g;
+    if (c < own->n_gamma) {
+        return sg_n_g(w) + sg_first_of(w, m, SG_FIRST_GAMMA) + c;
+    }
+    c -= own->n_gamma;
+    if (c < own->n_N) {
+        return sg_first_normal(w) + sg_first_of(w, m, SG_FIRST_N) + c;
+    }
+    return sg_first_slip(w) + sg_first_of(w, m, SG_FIRST_F) + c - own->n_N;
+}
+
+/* Unknown u of member m in a problem, a velocity or behind these a percussion, in the island. */
+static int sg_unknown_of(const SG(work) * w, int m, int problem, int u) {
+    const sg_kind *own = sg_member_kind(w, m);
+    const int n_x = own->problems[problem].n_x;
+    if (u < n_x) {
+        return u / own->n_q * sg_n_q(w) + sg_place_of(w, m, u % own->n_q);
+    }
+    u -= n_x;
+    return sg_problem_at(w, problem)->n_x + u / own->n_R * sg_n_R(w) +
+           sg_row_of(w, m, u % own->n_R);
+}
+
+/* ---- tables -----------------------------------------------------------------------------------
+ */
+
+/* Room for n integers. */
+static int *sg_room(SG(work) * w, sg_island *to, int n) {
+    int *table = &w->table[to->used];
+    to->used += n;
+    return table;
+}
+
+/* -1 stays. */
+static inline int sg_shifted(int place, int by) { return place < 0 ? place : place + by; }
+
+/* Contacts of member m behind those of the members before. */
+static void sg_add_contacts(const SG(work) * w, sg_island *to, int m) {
+    const sg_kind *own = sg_member_kind(w, m);
+    const int k_0 = sg_first_of(w, m, SG_FIRST_CONTACT);
+    const int n_0 = sg_first_of(w, m, SG_FIRST_N);
+    const int f_0 = sg_first_of(w, m, SG_FIRST_F);
+    const int b_0 = sg_first_of(w, m, SG_FIRST_BOUND);
+    int k;
+    for (k = 0; k < own->n_contacts; ++k) {
+        sg_contact *c = &to->contacts[k_0 + k];
+        *c = own->contacts[k];
+        c->normal = sg_shifted(c->normal, n_0);
+        c->friction += f_0;
+        c->bound = sg_shifted(c->bound, b_0);
+        c->presser = sg_shifted(c->presser, k_0);
+        c->pressing = sg_shifted(c->pressing, n_0);
+        c->next = sg_shifted(c->next, k_0);
+        c->varies = sg_shifted(c->varies, b_0);
+        c->load = c->loads > 0 ? sg_row_of(w, m, c->load) : 0;
+    }
+    for (k = 0; k < own->n_F; ++k) {
+        to->slips[f_0 + k] = own->slips[k];
+        to->slips[f_0 + k].contact += k_0;
+    }
+    for (k = 0; k < own->n_N; ++k) {
+        to->one_way[n_0 + k] = own->one_way != NULL ? own->one_way[k] : 0;
+    }
+}
+
+/* Patterns of the mass matrix, part by part, and of the directions. */
+static void sg_add_masses(SG(work) * w, sg_island *to) {
+    const int n = to->kind.n_q;
+    int *order = sg_room(w, to, n);
+    int *start = sg_room(w, to, n + 1);
+    int *diagonal = sg_room(w, to, n);
+    int *index;
+    int first = 0;
+    int at = 0;
+    int c, i, k, m;
+    for (m = 0; m < w->n_bodies; ++m) {
+        at += sg_member_kind(w, m)->mass.start[sg_member_kind(w, m)->n_q];
+    }
+    index = sg_room(w, to, at);
+    at = 0;
+    for (m = 0; m < w->n_bodies; ++m) {
+        const sg_kind *own = sg_member_kind(w, m);
+        for (i = 0; i < own->n_q; ++i) {
+            order[first + i] = first + own->mass.order[i];
+            start[first + i] = at + own->mass.start[i];
+            diagonal[first + i] = at + own->mass.diagonal[i];
+        }
+        for (k = 0; k < own->mass.start[own->n_q]; ++k) {
+            index[at + k] = first + own->mass.index[k];
+        }
+        at += own->mass.start[own->n_q];
+        first += own->n_q;
+    }
+    start[n] = at;
+    to->kind.mass.order = order;
+    to->kind.mass.start = start;
+    to->kind.mass.index = index;
+    to->kind.mass.diagonal = diagonal;
+    start = sg_room(w, to, to->kind.n_R + 1);
+    start[0] = 0;
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_rows *own = &sg_member_kind(w, m)->direction;
+        for (c = 0; c < sg_member_kind(w, m)->n_R; ++c) {
+            start[sg_row_of(w, m, c) + 1] = own->start[c + 1] - own->start[c];
+        }
+    }
+    for (c = 0; c < to->kind.n_R; ++c) {
+        start[c + 1] += start[c];
+    }
+    index = sg_room(w, to, start[to->kind.n_R]);
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_rows *own = &sg_member_kind(w, m)->direction;
+        for (c = 0; c < sg_member_kind(w, m)->n_R; ++c) {
+            const int to_row = start[sg_row_of(w, m, c)];
+            for (k = own->start[c]; k < own->start[c + 1]; ++k) {
+                index[to_row + k - own->start[c]] = sg_place_of(w, m, own->index[k]);
+            }
+        }
+    }
+    to->kind.direction.start = start;
+    to->kind.direction.index = index;
+}
+
+/* Which parts' unknowns stand in each other's equations, eliminated in their order, velocities of
+   all before bilateral percussions of all: w->adjacent of 2 n_bodies nodes. */
+static void sg_link_nodes(SG(work) * w) {
+    const int n = 2 * w->n_bodies;
+    int *adjacent = w->adjacent;
+    int a, b, i, j, m;
+    for (a = 0; a < n * n; ++a) {
+        adjacent[a] = 0;
+    }
+    for (m = 0; m < w->n_bodies; ++m) {
+        const int border = m + w->n_bodies;
+        adjacent[m * n + m] = adjacent[border * n + border] = 1;
+        adjacent[m * n + border] = adjacent[border * n + m] = 1;
+    }
+    for (m = w->n_bodies; m < w->n_members; ++m) {
+        const int *at = sg_coordinates_of(w->members[m]);
+        const int count = sg_member_kind(w, m)->n_q;
+        for (i = 0; i < count; ++i) {
+            for (j = 0; j < count; ++j) {
+                adjacent[w->owner[at[i]] * n + w->owner[at[j]]] = 1;
+            }
+        }
+    }
+    for (a = 0; a < n; ++a) {
+        for (i = a + 1; i < n; ++i) {
+            for (b = a + 1; b < n && adjacent[i * n + a]; ++b) {
+                adjacent[i * n + b] |= adjacent[a * n + b];
+            }
+        }
+    }
+}
+
+/* Velocities, or bilateral percussions, of a node in a problem. */
+static int sg_node_size(const SG(work) * w, int problem, int node) {
+    const sg_kind *own = sg_member_kind(w, node % w->n_bodies);
+    const sg_problem *pr = &own->problems[problem];
+    return node < w->n_bodies ? pr->n_x : pr->n_border - pr->n_x;
+}
+
+/* Pattern of K: the order of its unknowns, and rows made of the blocks of all adjacent nodes. */
+static void sg_add_smooth(SG(work) * w, sg_island *to, int problem) {
+    sg_problem *pr = &to->problems[problem];
+    const int nodes = 2 * w->n_bodies;
+    int *position = &w->position[problem * SG_N_BORDER];
+    int *order = sg_room(w, to, pr->n_border);
+    int *start = sg_room(w, to, pr->n_border + 1);
+    int *diagonal = sg_room(w, to, pr->n_border);
+    int *index = &w->table[to->used];
+    int at = 0;
+    int entries = 0;
+    int a, b, i, k;
+    for (a = 0; a < nodes; ++a) {
+        const int m = a % w->n_bodies;
+        const sg_problem *own = &sg_member_kind(w, m)->problems[problem];
+        const int first = a < w->n_bodies ? 0 : own->n_x;
+        for (i = 0; i < sg_node_size(w, problem, a); ++i) {
+            order[at] = sg_unknown_of(w, m, problem, own->K.order[first + i]);
+            ++at;
+        }
+    }
+    at = 0;
+    for (a = 0; a < nodes; ++a) {
+        const int size = sg_node_size(w, problem, a);
+        for (i = 0; i < size; ++i) {
+            int column = 0;
+            start[at] = entries;
+            for (b = 0; b < nodes; ++b) {
+                const int width = sg_node_size(w, problem, b);
+                for (k = 0; k < width && w->adjacent[a * nodes + b]; ++k) {
+                    if (column + k == at) {
+                        diagonal[at] = entries;
+                    }
+                    index[entries] = column + k;
+                    ++entries;
+                }
+                column += width;
+            }
+            ++at;
+        }
+    }
+    start[at] = entries;
+    to->used += entries;
+    for (i = 0; i < pr->n_border; ++i) {
+        position[order[i]] = i;
+    }
+    pr->K.order = order;
+    pr->K.start = start;
+    pr->K.index = index;
+    pr->K.diagonal = diagonal;
+}
+
+/* The table of member m that `what` says: 0 columns of B, 1 rows of C, 2 rows of the radii. */
+static const sg_rows *sg_rows_table(const sg_problem *pr, int what) {
+    return what == 0 ? &pr->B : what == 1 ? &pr->C : &pr->C_radius;
+}
+
+/* Row of such a table of the island for row i of that of member m. */
+static int sg_table_row(const SG(work) * w, int m, int what, int i) {
+    const sg_kind *own = sg_member_kind(w, m);
+    if (what < 2) {
+        return i / own->n_R * sg_n_R(w) + sg_row_of(w, m, i % own->n_R);
+    }
+    return i / own->n_bounds * sg_n_bounds(w) + sg_first_of(w, m, SG_FIRST_BOUND) +
+           i % own->n_bounds;
+}
+
+/* Such a table of the island. */
+static void sg_add_rows(SG(work) * w, sg_island *to, int problem, int what) {
+    const sg_problem *pr = &to->problems[problem];
+    const int width = what < 2 ? to->kind.n_R : to->kind.n_bounds;
+    const int count = pr->n_slots * width;
+    const int *position = &w->position[problem * SG_N_BORDER];
+    int *start = sg_room(w, to, count + 1);
+    int *index;
+    int i, k, m;
+    start[0] = 0;
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_kind *kind = sg_member_kind(w, m);
+        const sg_rows *own = sg_rows_table(&kind->problems[problem], what);
+        for (i = 0; i < pr->n_slots * (what < 2 ? kind->n_R : kind->n_bounds); ++i) {
+            start[sg_table_row(w, m, what, i) + 1] = own->start[i + 1] - own->start[i];
+        }
+    }
+    for (i = 0; i < count; ++i) {
+        start[i + 1] += start[i];
+    }
+    index = sg_room(w, to, start[count]);
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_kind *kind = sg_member_kind(w, m);
+        const sg_problem *mine = &kind->problems[problem];
+        const sg_rows *own = sg_rows_table(mine, what);
+        for (i = 0; i < pr->n_slots * (what < 2 ? kind->n_R : kind->n_bounds); ++i) {
+            int *row = &index[start[sg_table_row(w, m, what, i)]];
+            for (k = own->start[i]; k < own->start[i + 1]; ++k) {
+                const int u = mine->K.order[own->index[k]];
+                row[k - own->start[i]] = position[sg_unknown_of(w, m, problem, u)];
+            }
+        }
+    }
+    if (what == 0) {
+        to->problems[problem].B.start = start;
+        to->problems[problem].B.index = index;
+    } else if (what == 1) {
+        to->problems[problem].C.start = start;
+        to->problems[problem].C.index = index;
+    } else {
+        to->problems[problem].C_radius.start = start;
+        to->problems[problem].C_radius.index = index;
+    }
+}
+
+/* Sizes of the problems of an island. */
+static void sg_add_problems(SG(work) * w, sg_island *to) {
+    int x = 0;
+    int R = 0;
+    int p, m;
+    for (p = 0; p < SG_N_PROBLEMS; ++p) {
+        sg_problem *pr = &to->problems[p];
+        *pr = sg_member_kind(w, 0)->problems[p];
+        pr->n_x = pr->n_x / sg_member_kind(w, 0)->n_q * to->kind.n_q;
+        pr->n_border = pr->n_x;
+        pr->last_rows = 0;
+        for (m = 0; m < w->n_bodies; ++m) {
+            pr->n_border += sg_node_size(w, p, m + w->n_bodies);
+            pr->last_rows += sg_member_kind(w, m)->problems[p].last_rows;
+        }
+        pr->x = x;
+        pr->R = R;
+        x += pr->n_x;
+        R += pr->n_slots * to->kind.n_R;
+    }
+}
+
+/* Where the members' coordinates and rows stand; sizes of all together. */
+static void sg_lay_out(SG(work) * w, sg_kind *sum) {
+    int at[SG_FIRSTS] = {0, 0, 0, 0, 0, 0};
+    int j, m, what;
+    *sum = *sg_member_kind(w, 0);
+    sum->n_q = 0;
+    sum->n_loads = 0;
+    sum->spatial = 0;
+    sum->mobility = 0;
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_kind *own = sg_member_kind(w, m);
+        const int counts[SG_FIRSTS] = {own->n_g, own->n_gamma,    own->n_N,
+                                       own->n_F, own->n_contacts, own->n_bounds};
+        for (what = 0; what < SG_FIRSTS; ++what) {
+            w->first[SG_FIRSTS * m + what] = at[what];
+            at[what] += counts[what];
+        }
+        sum->n_loads += own->n_loads;
+        sum->spatial = sum->spatial || own->spatial;
+        for (j = 0; j < own->n_q && m < w->n_bodies; ++j) {
+            w->place[sg_coordinates_of(w->members[m])[j]] = sum->n_q + j;
+            w->owner[sg_coordinates_of(w->members[m])[j]] = m;
+        }
+        sum->n_q += m < w->n_bodies ? own->n_q : 0;
+    }
+    sum->n_g = at[SG_FIRST_G];
+    sum->n_gamma = at[SG_FIRST_GAMMA];
+    sum->n_N = at[SG_FIRST_N];
+    sum->n_F = at[SG_FIRST_F];
+    sum->n_R = sum->n_g + sum->n_gamma + sum->n_N + sum->n_F;
+    sum->n_contacts = at[SG_FIRST_CONTACT];
+    sum->n_bounds = at[SG_FIRST_BOUND];
+}
+
+/* Where the tables of a problem begin in w->table, for who reads its matrices. */
+static void sg_tell_tables(const SG(work) * w, const sg_problem *pr, int tables[]) {
+    const int *all[SG_TABLES] = {pr->K.order, pr->K.start, pr->K.index, pr->B.start,
+                                 pr->B.index, pr->C.start, pr->C.index};
+    int k;
+    for (k = 0; k < SG_TABLES; ++k) {
+        tables[k] = (int)(all[k] - w->table);
+    }
+}
+
+/* The island of w->members. */
+static void sg_put_together(SG(work) * w, sg_island *to) {
+    int m, p;
+    to->used = 0;
+    w->kind = sg_parts[w->members[0]].kind;
+    sg_lay_out(w, &to->kind);
+    if (w->n_members == 1) {
+        w->island = &sg_kinds[w->kind];
+        return;
+    }
+    w->island = &to->kind;
+    to->kind.contacts = to->contacts;
+    to->kind.slips = to->slips;
+    to->kind.problems = to->problems;
+    to->kind.one_way = to->one_way;
+    for (m = 0; m < w->n_members; ++m) {
+        sg_add_contacts(w, to, m);
+    }
+    sg_add_masses(w, to);
+    sg_link_nodes(w);
+    sg_add_problems(w, to);
+    for (p = 0; p < SG_N_PROBLEMS; ++p) {
+        sg_add_smooth(w, to, p);
+        sg_add_rows(w, to, p, 0);
+        sg_add_rows(w, to, p, 1);
+        sg_add_rows(w, to, p, 2);
+        sg_tell_tables(w, &to->problems[p], &w->tables[SG_TABLES * p]);
+    }
+}
+
+/* ---- what elements are given, and what they say ------------------------------------------------
+ */
+
+/* Numbers of the coordinates, block by block. */
+static void sg_bring(const SG(work) * w, int m, int blocks, const real *from, real *to) {
+    const int n = sg_member_kind(w, m)->n_q;
+    int b, j;
+    for (b = 0; b < blocks; ++b) {
+        for (j = 0; j < n; ++j) {
+            to[b * n + j] = from[b * sg_n_q(w) + sg_place_of(w, m, j)];
+        }
+    }
+}
+
+static void sg_send(const SG(work) * w, int m, int blocks, const real *from, real *to) {
+    const int n = sg_member_kind(w, m)->n_q;
+    int b, j;
+    for (b = 0; b < blocks; ++b) {
+        for (j = 0; j < n; ++j) {
+            to[b * sg_n_q(w) + sg_place_of(w, m, j)] = from[b * n + j];
+        }
+    }
+}
+
+/* Numbers of the percussion rows, slot by slot. */
+static void sg_bring_rows(const SG(work) * w, int m, int slots, const real *from, real *to) {
+    const int n = sg_member_kind(w, m)->n_R;
+    int c, slot;
+    for (c = 0; c < n; ++c) {
+        const int row = sg_row_of(w, m, c);
+        for (slot = 0; slot < slots; ++slot) {
+            to[slot * n + c] = from[slot * sg_n_R(w) + row];
+        }
+    }
+}
+
+static void sg_send_rows(const SG(work) * w, int m, int slots, const real *from, real *to) {
+    const int n = sg_member_kind(w, m)->n_R;
+    int c, slot;
+    for (c = 0; c < n; ++c) {
+        const int row = sg_row_of(w, m, c);
+        for (slot = 0; slot < slots; ++slot) {
+            to[slot * sg_n_R(w) + row] = from[slot * n + c];
+        }
+    }
+}
+
+/* What every evaluation of an element reads. */
+static void sg_bring_start(SG(work) * w, int m) {
+    SG(element) *e = &w->element[m];
+    e->t = w->t;
+    e->h = w->h;
+    sg_copy(SG_N_U, w->u, e->u);
+    sg_bring(w, m, 1, w->q, e->q);
+    sg_bring(w, m, 1, w->v, e->v);
+}
+
+/* Unknowns of one problem, and the coefficients of its laws. */
+static void sg_bring_unknowns(SG(work) * w, int m, int problem) {
+    SG(element) *e = &w->element[m];
+    const sg_kind *kind = sg_member_kind(w, m);
+    const sg_problem *own = &kind->problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int first = sg_first_of(w, m, SG_FIRST_CONTACT);
+    sg_bring_start(w, m);
+    sg_bring(w, m, own->n_x / kind->n_q, &w->x[pr->x], &e->x[own->x]);
+    sg_bring_rows(w, m, own->n_slots, &w->R[pr->R], &e->R[own->R]);
+    sg_copy(kind->n_contacts, &w->mu[first], e->mu);
+    sg_copy(kind->n_contacts, &w->e_N[first], e->e_N);
+    sg_copy(kind->n_contacts, &w->e_F[first], e->e_F);
+#if SG_LOCATED
+    sg_copy(kind->n_F, &w->share[sg_first_of(w, m, SG_FIRST_F)], e->share);
+    sg_copy(kind->n_gamma, &w->given[sg_first_of(w, m, SG_FIRST_GAMMA)], e->given);
+    sg_copy(kind->n_F, &w->given[sg_n_gamma(w) + sg_first_of(w, m, SG_FIRST_F)],
+            &e->given[kind->n_gamma]);
+#endif
+}
+
+/* Entries of rows of a matrix of one element, where they stand in that of the island. */
+static void sg_send_matrix(const SG(work) * w, int m, int what, int rows, const sg_rows *from,
+                           const real *values, const sg_rows *to, real *out) {
+    int i;
+    for (i = 0; i < rows; ++i) {
+        const int row = sg_table_row(w, m, what, i);
+        sg_copy(from->start[i + 1] - from->start[i], &values[from->start[i]], &out[to->start[row]]);
+    }
+}
+
+/* Terms of (t_n, q_n) of an element, if something changed since they were found. */
+static void sg_recall_element(SG(work) * w, const SG(params) * par, int m) {
+#if SG_N_KEY > 0
+    SG(element) *e = &w->element[m];
+    const int kind = sg_parts[w->members[m]].kind;
+    int k;
+    SG(part_key)(kind, e->t, e->q, par, e->key);
+    for (k = 0; k < sg_kinds[kind].n_key; ++k) {
+        e->trial.has_terms = e->trial.has_terms && e->trial.key[k] == e->key[k];
+    }
+    if (!e->trial.has_terms) {
+        SG(part_terms)(kind, e->t, e->q, par, e->trial.terms);
+        sg_copy(sg_kinds[kind].n_key, e->key, e->trial.key);
+        e->trial.has_terms = 1;
+    }
+#else
+    (void)w;
+    (void)par;
+    (void)m;
+#endif
+}
+
+/* Keep the terms of the end of the step, and what they belong to (sg_cover.c). */
+static void sg_retain(SG(work) * w, const SG(params) * par) {
+#if SG_N_KEY > 0
+    int m;
+    for (m = 0; m < w->n_members; ++m) {
+        SG(element) *e = &w->element[m];
+        const int kind = sg_parts[w->members[m]].kind;
+        const int n = sg_kinds[kind].n_terms;
+        sg_bring(w, m, 1, w->q_end, e->q_end);
+        SG(part_key)(kind, w->t + w->h, e->q_end, par, e->trial.key);
+        sg_copy(n, &e->terms[(SG_N_STAGES - 2) * n], e->trial.terms);
+        e->trial.has_terms = 1;
+    }
+#else
+    (void)w;
+    (void)par;
+#endif
+}
+
+/* The mass matrix and the directions of one element. */
+static void sg_send_masses(SG(work) * w, int m, int entries) {
+    const SG(element) *e = &w->element[m];
+    const sg_kind *own = sg_member_kind(w, m);
+    int c;
+    if (m < w->n_bodies) {
+        sg_copy(own->mass.start[own->n_q], e->mass, &w->mass[entries]);
+    }
+    for (c = 0; c < own->n_R; ++c) {
+        sg_copy(own->direction.start[c + 1] - own->direction.start[c],
+                &e->direction[own->direction.start[c]],
+                &w->direction[sg_kind_of(w)->direction.start[sg_row_of(w, m, c)]]);
+    }
+}
+
+static void SG(start)(SG(work) * w, const SG(params) * par) {
+    int entries = 0;
+    int m;
+    sg_fill(sg_n_R(w), SG_C(0.0), w->no_R);
+    for (m = 0; m < w->n_members; ++m) {
+        SG(element) *e = &w->element[m];
+        const sg_kind *own = sg_member_kind(w, m);
+        const int first = sg_first_of(w, m, SG_FIRST_CONTACT);
+        sg_bring_start(w, m);
+        sg_recall_element(w, par, m);
+        SG(part_start)(sg_parts[w->members[m]].kind, e, par);
+        if (m < w->n_bodies) {
+            sg_send(w, m, 1, e->p, w->p);
+            sg_send(w, m, 1, e->force_size, w->force_size);
+        }
+        if (w->n_members == 1) {
+            sg_copy(own->n_q, e->mass_pivot, w->mass_pivot);
+            sg_copy(own->n_R, e->mobility, w->mobility);
+        }
+        sg_send_masses(w, m, entries);
+        entries += own->mass.start[own->n_q];
+        sg_send_rows(w, m, 1, e->drift, w->drift);
+        sg_copy(own->n_contacts, e->mu, &w->mu[first]);
+        sg_copy(own->n_contacts, e->e_N, &w->e_N[first]);
+        sg_copy(own->n_contacts, e->e_F, &w->e_F[first]);
+        sg_copy(own->n_contacts, e->guard, &w->guard[first]);
+    }
+}
+
+static void SG(values)(SG(work) * w, const SG(params) * par, int problem) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    int b, i, j, m, slot;
+    sg_fill(pr->n_x, SG_C(0.0), w->r);
+    for (m = 0; m < w->n_members; ++m) {
+        SG(element) *e = &w->element[m];
+        const sg_kind *own = sg_member_kind(w, m);
+        const int first = sg_first_of(w, m, SG_FIRST_BOUND);
+        sg_bring_unknowns(w, m, problem);
+        SG(part_values)(sg_parts[w->members[m]].kind, e, par, problem);
+        for (b = 0; b < own->problems[problem].n_x / own->n_q; ++b) {
+            for (j = 0; j < own->n_q; ++j) {
+                w->r[b * sg_n_q(w) + sg_place_of(w, m, j)] += e->r[b * own->n_q + j];
+            }
+        }
+        sg_send_rows(w, m, pr->n_slots, e->y, w->y);
+        for (slot = 0; slot < pr->n_slots; ++slot) {
+            for (i = 0; i < own->n_bounds; ++i) {
+                w->radius[slot * sg_n_bounds(w) + first + i] = e->radius[slot * own->n_bounds + i];
+            }
+        }
+        if (m < w->n_bodies) {
+            sg_send(w, m, SG_N_STAGES, e->Q, w->Q);
+        }
+    }
+}
+
+/* Entry (i, j) of K of the island. */
+static int sg_entry_of(const sg_factors *K, int i, int j) {
+    int low = K->start[i];
+    int high = K->start[i + 1] - 1;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (K->index[middle] < j) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+/* Add K of one element. */
+static void sg_add_K(SG(work) * w, int m, int problem) {
+    const SG(element) *e = &w->element[m];
+    const sg_problem *own = &sg_member_kind(w, m)->problems[problem];
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int *position = &w->position[problem * SG_N_BORDER];
+    int i, k;
+    for (i = 0; i < own->n_border; ++i) {
+        w->spot[i] = position[sg_unknown_of(w, m, problem, own->K.order[i])];
+    }
+    for (i = 0; i < own->n_border; ++i) {
+        for (k = own->K.start[i]; k < own->K.start[i + 1]; ++k) {
+            if (e->K[k] != SG_C(0.0)) {
+                w->K[sg_entry_of(&pr->K, w->spot[i], w->spot[own->K.index[k]])] += e->K[k];
+            }
+        }
+    }
+}
+
+static void SG(derivatives)(SG(work) * w, const SG(params) * par, int problem) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    int m;
+    if (w->n_members > 1) {
+        sg_fill(pr->K.start[pr->n_border], SG_C(0.0), w->K);
+    }
+    for (m = 0; m < w->n_members; ++m) {
+        SG(element) *e = &w->element[m];
+        const sg_kind *kind = sg_member_kind(w, m);
+        const sg_problem *own = &kind->problems[problem];
+        SG(part_derivatives)(sg_parts[w->members[m]].kind, e, par, problem);
+        if (w->n_members > 1) {
+            sg_add_K(w, m, problem);
+        } else {
+            sg_copy(own->K.start[own->n_border], e->K, w->K);
+        }
+        sg_send_matrix(w, m, 0, pr->n_slots * kind->n_R, &own->B, e->B, &pr->B, w->B);
+        sg_send_matrix(w, m, 1, pr->n_slots * kind->n_R, &own->C, e->C, &pr->C, w->C);
+        sg_send_matrix(w, m, 2, pr->n_slots * kind->n_bounds, &own->C_radius, e->C_radius,
+                       &pr->C_radius, w->C_radius);
+    }
+}
+
+/* The end of the step as the elements say it. */
+static void sg_send_end(SG(work) * w, int m) {
+    const SG(element) *e = &w->element[m];
+    if (m < w->n_bodies) {
+        sg_send(w, m, 1, e->q_end, w->q_end);
+        sg_send(w, m, 1, e->v_end, w->v_end);
+    }
+    sg_send_rows(w, m, 1, e->P, w->P);
+    sg_send_rows(w, m, SG_N_STAGES, e->R_stage, w->R_stage);
+}
+
+static void SG(finish)(SG(work) * w) {
+    int m, p;
+    for (m = 0; m < w->n_members; ++m) {
+        for (p = 0; p < SG_N_CHAIN; ++p) {
+            sg_bring_unknowns(w, m, p);
+        }
+        SG(part_finish)(sg_parts[w->members[m]].kind, &w->element[m]);
+        sg_send_end(w, m);
+    }
+}
+
+#if SG_LOCATED
+static void SG(finish_segment)(SG(work) * w) {
+    int m;
+    for (m = 0; m < w->n_members; ++m) {
+        sg_bring_unknowns(w, m, SG_SEGMENT);
+        SG(part_finish_segment)(sg_parts[w->members[m]].kind, &w->element[m]);
+        sg_send_end(w, m);
+    }
+}
+
+static void SG(watch)(SG(work) * w, const SG(params) * par) {
+    int m;
+    for (m = 0; m < w->n_members; ++m) {
+        SG(element) *e = &w->element[m];
+        const sg_kind *own = sg_member_kind(w, m);
+        sg_bring_start(w, m);
+        e->look_t = w->look_t;
+        sg_bring(w, m, 1, w->look_q, e->look_q);
+        sg_bring(w, m, 1, w->look_v, e->look_v);
+        SG(part_watch)(sg_parts[w->members[m]].kind, e, par);
+        sg_copy(own->n_N, e->gap, &w->gap[sg_first_of(w, m, SG_FIRST_N)]);
+        sg_copy(own->n_N, e->gap_rate, &w->gap_rate[sg_first_of(w, m, SG_FIRST_N)]);
+        sg_copy(own->n_F, e->slip_rate, &w->slip_rate[sg_first_of(w, m, SG_FIRST_F)]);
+        sg_copy(own->n_contacts, e->guard_there,
+                &w->guard_there[sg_first_of(w, m, SG_FIRST_CONTACT)]);
+    }
+}
+
+/* Energy of the island at hand. */
+static real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
+                      const SG(params) * par) {
+    real own_q[SG_OWN_Q], own_v[SG_OWN_Q];
+    real sum = SG_C(0.0);
+    int m;
+    for (m = 0; m < w->n_bodies; ++m) {
+        real E[1];
+        sg_bring(w, m, 1, q, own_q);
+        sg_bring(w, m, 1, v, own_v);
+        SG(part_energy)(sg_parts[w->members[m]].kind, t, own_q, own_v, par, E);
+        sum += E[0];
+    }
+    return sum;
+}
+#endif
+
+static int SG(eliminate)(SG(work) * w, int problem, int border) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    if (w->n_members == 1) {
+        return SG(part_eliminate)(w, problem, border);
+    }
+    return sg_sparse_factor(border ? pr->n_x : 0, border ? pr->n_border : pr->n_x, &pr->K,
+                            w->smooth.pivot_scale, SG_SMALL, w->K, w->smooth.factors,
+                            w->smooth.row);
+}
+
+static void SG(substitute)(const SG(work) * w, int problem, int first, real b[]) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    if (w->n_members == 1) {
+        SG(part_substitute)(w, problem, first, b);
+    } else {
+        sg_sparse_solve(pr->n_border, &pr->K, w->smooth.factors, first, b);
+    }
+}
