@@ -18,7 +18,7 @@ _SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
 _MULTIPLES = (ca.OP_NEG, ca.OP_TWICE)
 _REST = -1  # what of L moves with no part
 # Parts from which on contacts join them step by step: what fewer say is solved at once sooner.
-LEAST_PARTS = 4
+LEAST_PARTS = 6
 _LINEAR = frozenset({*_SUMS, *_MULTIPLES, ca.OP_MUL, ca.OP_DIV})
 
 

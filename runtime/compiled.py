@@ -113,7 +113,7 @@ class Compiled:
         A part is called like its first body, or its first coordinate; a model that is one part like
         the model. `info` of C counts them in this order.
         """
-        return tuple(part["name"] for part in self.manifest["parts"])
+        return tuple(p["name"] for p in self.manifest["parts"] if not p["couples"])
 
     @property
     def functions(self) -> list[str]:

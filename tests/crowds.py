@@ -7,8 +7,8 @@ from signorini.bodies import Edge, Planar, Round, inertia
 RADIUS = 0.1
 
 
-def row_of_discs() -> sg.Model:
-    """Six equal discs in the plane, without weight; a floor below the last one alone."""
+def row_of_discs(count: int = 6) -> sg.Model:
+    """Equal discs in the plane, without weight; a floor below the last one alone."""
     m = sg.Model("row_of_discs", symbols="casadi")
     mu, e_N, grav = m.parameters(
         mu=sg.par(0.0, min=0), e_N=sg.par(1.0, min=0, max=1), grav=sg.par(0.0)
@@ -16,14 +16,14 @@ def row_of_discs() -> sg.Model:
     world = Planar(m, gravity=(0, -grav))
     discs = []
     start = {}
-    for k in range(6):
+    for k in range(count):
         body = world.body(f"d{k}", 1.0, inertia.disc(1.0, RADIUS))
         discs.append(Round(body.point(), RADIUS))
         start |= {f"d{k}_x": k * 1.0, f"d{k}_y": 1.0}
-    for i in range(6):
+    for i in range(count):
         for j in range(i):
             world.contact(f"c{j}_{i}", discs[j], discs[i], mu=mu, e_N=e_N)
-    world.contact("floor", discs[5], world.plane(), mu=mu, e_N=e_N)
+    world.contact("floor", discs[-1], world.plane(), mu=mu, e_N=e_N)
     m.initial_state(q=start)
     return m
 

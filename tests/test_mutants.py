@@ -67,7 +67,7 @@ CATCHERS = (
         "not coin",
     ),
     ("located events", "tests/test_located.py", ""),
-    ("parts", "tests/test_parts.py", ""),
+    ("parts", "tests/test_parts.py tests/test_join.py", ""),
     ("tolerances", "tests/test_tolerance.py", ""),
     (
         "derivatives",

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import signorini as sg
 from compilers import compiler, run
+from crowds import row_of_discs
 from signorini.codegen.c.build import ALL, CONTRACT, SCRATCH, emit_spec, runtime_order
 from signorini.codegen.c.emit import RUNTIME_BEGIN, TABLES_END, render
 from signorini.codegen.c.memory import scratch
@@ -35,6 +36,8 @@ def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
     (tmp_path / "m.h").write_text(files["m.h"])
     head = files["m.c"].split(TABLES_END)[0]
     assert RUNTIME_BEGIN in head
+    crowded = render(emit_spec(freeze(row_of_discs()), stages=2, prefix="n", events="located"))
+    (tmp_path / "n.h").write_text(crowded["n.h"])
     known = set(runtime_order((CONTRACT,))) | set(SCRATCH)
     beside = {
         "sg_stable.c": files["m_model.c"].split(RUNTIME_BEGIN)[0],
@@ -42,8 +45,11 @@ def test_every_file_compiles_with_what_it_includes(tmp_path: Path) -> None:
     }
     own = re.compile(r"#(pragma once|include \"sg_\w+\.[ch]\")")
     flags = ("-std=c99", "-Wall", "-Wextra", "-Werror=implicit-function-declaration")
+    joined = crowded["n.c"].split(TABLES_END)[0]
     for name in SOURCES:
         text, there = (beside[name], set()) if name in beside else (head, known)
+        if name in ("sg_assemble.c", "sg_assemble_segment.c", "sg_join.c"):
+            text = joined
         needed = (other for other in runtime_order((name,)) if other not in there)
         text += "".join(own.sub("", (C / other).read_text()) for other in needed)
         (tmp_path / f"alone_{name}").write_text(text)

@@ -43,12 +43,13 @@ FORWARD = ("sg_adjoint.c",)
 FORWARD_LOCATED = ("sg_forward.c",)
 # The same where contacts join parts step by step.
 JOINED = ("sg_join.c",)
+JOINED_LOCATED = ("sg_assemble_segment.c",)
 # What stands beside the model functions.
 MODEL_RUNTIME = ("sg_stable.c", "sg_cell.c")
 # Beside the stepper where steps are differentiated: what other programs call.
 EXTERNAL = "sg_external.c"
 ALL = (
-    *(*LOCATED, *ADAPTIVE, *FORWARD_LOCATED, *FORWARD, *JOINED, *MODEL_RUNTIME),
+    *(*LOCATED, *ADAPTIVE, *FORWARD_LOCATED, *FORWARD, *JOINED, *JOINED_LOCATED, *MODEL_RUNTIME),
     EXTERNAL,
 )
 # The model's tables stand behind this file, which declares what they are made of.
@@ -292,8 +293,7 @@ class _Builder:
     def spec(self) -> EmitSpec:
         data, plan = self.data, self.plan
         functions, shared, zeros = self._functions()
-        joins = self.sizes.n_couplings > 0
-        files = runtime_order((*_files(plan, self.adaptive), *(JOINED if joins else ())))
+        files = runtime_order(_files(plan, self.adaptive, self.sizes.n_couplings > 0))
         behind = files.index(CONTRACT) + 1
         number = self.precision.number
         curves = tuple(c_table(name, t, self.precision) for name, t in data.tables)
@@ -477,9 +477,11 @@ def _parts(composition: Composition, data: ModelData) -> tuple[PartSpec, ...]:
     return tuple(found)
 
 
-def _files(plan: Scheme, adaptive: bool) -> tuple[str, ...]:
+def _files(plan: Scheme, adaptive: bool, joins: bool) -> tuple[str, ...]:
     """What the stepper of a scheme is made of."""
     files = (*(LOCATED if plan.located else RUNTIME), *(ADAPTIVE if adaptive else ()))
+    if joins:
+        files = (*files, *JOINED, *(JOINED_LOCATED if plan.located else ()))
     if plan.forward:
         files = (*files, *(FORWARD_LOCATED if plan.located else ()), *FORWARD)
     return files

@@ -504,7 +504,6 @@ def _work(
 def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]:
     """What the step of a model with couplings needs besides."""
     count = whole.n_parts + whole.n_joined
-    nodes = 2 * whole.n_parts
     return (
         Field("n_links", "int", (), "couplings that join parts in this step"),
         Field("link", "link", (whole.n_joined,), "these couplings at its end"),
@@ -517,7 +516,10 @@ def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]
         Field("members", "int", (count,), "their numbers"),
         Field("first", "int", (count, 6), "first row of each of g, gamma, N, F, contacts, bounds"),
         Field("place", "int", (whole.n_q,), "where the coordinates of the model stand in it"),
-        Field("owner", "int", (whole.n_q,), "which of its parts has them"),
+        Field("first_place", "int", (count,), "first of the coordinates of each member in places"),
+        Field("places", "int", (count * most.n_q,), "where they stand in it"),
+        Field("first_slot", "int", (count,), "first of the rows of each member in slots"),
+        Field("slots", "int", (count * most.n_R,), "where they stand in a slot of it"),
         Field("holder", "int", (whole.n_q,), "which part of the model has them"),
         Field("origin", "part", (), "state at the start of the step"),
         Field("end_q", "real", (whole.n_q,), "coordinates at its end"),
@@ -525,7 +527,8 @@ def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]
         Field("spot", "int", (most.n_border,), "where unknowns of an element stand in the island"),
         Field("tables", "int", (island.n_problems, 7), "where K, B, C of its problems begin"),
         Field("element", "element", (count,), "each of them by itself"),
-        Field("adjacent", "int", (nodes, nodes), "which unknowns are in each other's equations"),
+        Field("graph", "int", (island.n_border, island.n_border // 30 + 1), "sets of unknowns"),
+        Field("degree", "int", (island.n_border,), "how many there are in each"),
         Field("position", "int", (island.n_problems, island.n_border), "where unknowns stand in K"),
         Field("table", "int", (island.n_table,), "patterns of its matrices"),
     )

@@ -53,24 +53,12 @@ static inline int sg_first_of(const SG(work) * w, int m, int what) {
 
 /* Where coordinate j of member m stands in the island. */
 static inline int sg_place_of(const SG(work) * w, int m, int j) {
-    return w->place[sg_coordinates_of(w->members[m])[j]];
+    return w->places[w->first_place[m] + j];
 }
 
 /* Where row c of a slot of member m stands in a slot of the island. */
-static int sg_row_of(const SG(work) * w, int m, int c) {
-    const sg_kind *own = sg_member_kind(w, m);
-    if (c < own->n_g) {
-        return sg_first_of(w, m, SG_FIRST_G) + c;
-    }
-    c -= own->n_g;
-    if (c < own->n_gamma) {
-        return sg_n_g(w) + sg_first_of(w, m, SG_FIRST_GAMMA) + c;
-    }
-    c -= own->n_gamma;
-    if (c < own->n_N) {
-        return sg_first_normal(w) + sg_first_of(w, m, SG_FIRST_N) + c;
-    }
-    return sg_first_slip(w) + sg_first_of(w, m, SG_FIRST_F) + c - own->n_N;
+static inline int sg_row_of(const SG(work) * w, int m, int c) {
+    return w->slots[w->first_slot[m] + c];
 }
 
 /* Unknown u of member m in a problem, a velocity or behind these a percussion, in the island. */
@@ -185,91 +173,130 @@ static void sg_add_masses(SG(work) * w, sg_island *to) {
     to->kind.direction.index = index;
 }
 
-/* Which parts' unknowns stand in each other's equations, eliminated in their order, velocities of
-   all before bilateral percussions of all: w->adjacent of 2 n_bodies nodes. */
-static void sg_link_nodes(SG(work) * w) {
-    const int n = 2 * w->n_bodies;
-    int *adjacent = w->adjacent;
-    int a, b, i, j, m;
-    for (a = 0; a < n * n; ++a) {
-        adjacent[a] = 0;
+/* Sets of unknowns, SG_BITS of them in each number: row u of w->graph. */
+enum { SG_BITS = 30 };
+
+static inline int sg_words(int n) { return n / SG_BITS + 1; }
+
+static inline int sg_has(const int *set, int u) { return set[u / SG_BITS] >> (u % SG_BITS) & 1; }
+
+static inline void sg_insert(int *set, int u) { set[u / SG_BITS] |= 1 << (u % SG_BITS); }
+
+static inline void sg_remove(int *set, int u) { set[u / SG_BITS] &= ~(1 << (u % SG_BITS)); }
+
+static int sg_count_of(int words, const int *set) {
+    int count = 0;
+    int k, rest;
+    for (k = 0; k < words; ++k) {
+        for (rest = set[k]; rest != 0; rest &= rest - 1) {
+            ++count;
+        }
     }
-    for (m = 0; m < w->n_bodies; ++m) {
-        const int border = m + w->n_bodies;
-        adjacent[m * n + m] = adjacent[border * n + border] = 1;
-        adjacent[m * n + border] = adjacent[border * n + m] = 1;
+    return count;
+}
+
+/* Which unknowns of a problem stand in each other's equations, by the patterns of the elements. */
+static void sg_draw_graph(SG(work) * w, int problem, int n) {
+    const int words = sg_words(n);
+    int i, k, m;
+    for (i = 0; i < n * words; ++i) {
+        w->graph[i] = 0;
     }
-    for (m = w->n_bodies; m < w->n_members; ++m) {
-        const int *at = sg_coordinates_of(w->members[m]);
-        const int count = sg_member_kind(w, m)->n_q;
-        for (i = 0; i < count; ++i) {
-            for (j = 0; j < count; ++j) {
-                adjacent[w->owner[at[i]] * n + w->owner[at[j]]] = 1;
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_problem *own = &sg_member_kind(w, m)->problems[problem];
+        for (i = 0; i < own->n_border; ++i) {
+            w->spot[i] = sg_unknown_of(w, m, problem, own->K.order[i]);
+        }
+        for (i = 0; i < own->n_border; ++i) {
+            for (k = own->K.start[i]; k < own->K.start[i + 1]; ++k) {
+                sg_insert(&w->graph[w->spot[i] * words], w->spot[own->K.index[k]]);
             }
         }
     }
-    for (a = 0; a < n; ++a) {
-        for (i = a + 1; i < n; ++i) {
-            for (b = a + 1; b < n && adjacent[i * n + a]; ++b) {
-                adjacent[i * n + b] |= adjacent[a * n + b];
+    for (i = 0; i < n; ++i) {
+        sg_remove(&w->graph[i * words], i);
+        w->degree[i] = sg_count_of(words, &w->graph[i * words]);
+    }
+}
+
+/* Order of least fill by minimum degree, the n_first velocities before all percussions: of each
+   unknown what is left in its row of the graph comes behind it. */
+static void sg_order_unknowns(SG(work) * w, int n_first, int n, int *order, int *position) {
+    const int words = sg_words(n);
+    int at, k, u;
+    for (u = 0; u < n; ++u) {
+        position[u] = -1;
+    }
+    for (at = 0; at < n; ++at) {
+        const int begin = at < n_first ? 0 : n_first;
+        const int end = at < n_first ? n_first : n;
+        const int *around;
+        int best = -1;
+        for (u = begin; u < end; ++u) {
+            if (position[u] < 0 && (best < 0 || w->degree[u] < w->degree[best])) {
+                best = u;
+            }
+        }
+        order[at] = best;
+        position[best] = at;
+        around = &w->graph[best * words];
+        for (u = 0; u < n; ++u) {
+            if (sg_has(around, u)) {
+                int *own = &w->graph[u * words];
+                for (k = 0; k < words; ++k) {
+                    own[k] |= around[k];
+                }
+                sg_remove(own, u);
+                sg_remove(own, best);
+                w->degree[u] = sg_count_of(words, own);
             }
         }
     }
 }
 
-/* Velocities, or bilateral percussions, of a node in a problem. */
-static int sg_node_size(const SG(work) * w, int problem, int node) {
-    const sg_kind *own = sg_member_kind(w, node % w->n_bodies);
-    const sg_problem *pr = &own->problems[problem];
-    return node < w->n_bodies ? pr->n_x : pr->n_border - pr->n_x;
-}
-
-/* Pattern of K: the order of its unknowns, and rows made of the blocks of all adjacent nodes. */
+/* Pattern of K: the order of its unknowns, and the rows of its factors. */
 static void sg_add_smooth(SG(work) * w, sg_island *to, int problem) {
     sg_problem *pr = &to->problems[problem];
-    const int nodes = 2 * w->n_bodies;
+    const int n = pr->n_border;
+    const int words = sg_words(n);
     int *position = &w->position[problem * SG_N_BORDER];
-    int *order = sg_room(w, to, pr->n_border);
-    int *start = sg_room(w, to, pr->n_border + 1);
-    int *diagonal = sg_room(w, to, pr->n_border);
+    int *order = sg_room(w, to, n);
+    int *start = sg_room(w, to, n + 1);
+    int *diagonal = sg_room(w, to, n);
     int *index = &w->table[to->used];
-    int at = 0;
-    int entries = 0;
-    int a, b, i, k;
-    for (a = 0; a < nodes; ++a) {
-        const int m = a % w->n_bodies;
-        const sg_problem *own = &sg_member_kind(w, m)->problems[problem];
-        const int first = a < w->n_bodies ? 0 : own->n_x;
-        for (i = 0; i < sg_node_size(w, problem, a); ++i) {
-            order[at] = sg_unknown_of(w, m, problem, own->K.order[first + i]);
-            ++at;
+    int i, j;
+    sg_draw_graph(w, problem, n);
+    sg_order_unknowns(w, pr->n_x, n, order, position);
+    for (i = 0; i <= n; ++i) {
+        start[i] = 0;
+    }
+    for (i = 0; i < n; ++i) {
+        const int *later = &w->graph[order[i] * words];
+        ++start[i + 1];
+        for (j = i + 1; j < n; ++j) {
+            start[i + 1] += sg_has(later, order[j]);
+            start[j + 1] += sg_has(later, order[j]);
         }
     }
-    at = 0;
-    for (a = 0; a < nodes; ++a) {
-        const int size = sg_node_size(w, problem, a);
-        for (i = 0; i < size; ++i) {
-            int column = 0;
-            start[at] = entries;
-            for (b = 0; b < nodes; ++b) {
-                const int width = sg_node_size(w, problem, b);
-                for (k = 0; k < width && w->adjacent[a * nodes + b]; ++k) {
-                    if (column + k == at) {
-                        diagonal[at] = entries;
-                    }
-                    index[entries] = column + k;
-                    ++entries;
-                }
-                column += width;
+    for (i = 0; i < n; ++i) {
+        start[i + 1] += start[i];
+        w->degree[i] = start[i]; /* where the next entry of row i goes */
+    }
+    for (i = 0; i < n; ++i) {
+        const int *later = &w->graph[order[i] * words];
+        diagonal[i] = w->degree[i];
+        index[w->degree[i]] = i;
+        ++w->degree[i];
+        for (j = i + 1; j < n; ++j) {
+            if (sg_has(later, order[j])) {
+                index[w->degree[i]] = j;
+                ++w->degree[i];
+                index[w->degree[j]] = i;
+                ++w->degree[j];
             }
-            ++at;
         }
     }
-    start[at] = entries;
-    to->used += entries;
-    for (i = 0; i < pr->n_border; ++i) {
-        position[order[i]] = i;
-    }
+    to->used += start[n];
     pr->K.order = order;
     pr->K.start = start;
     pr->K.index = index;
@@ -348,8 +375,9 @@ static void sg_add_problems(SG(work) * w, sg_island *to) {
         pr->n_border = pr->n_x;
         pr->last_rows = 0;
         for (m = 0; m < w->n_bodies; ++m) {
-            pr->n_border += sg_node_size(w, p, m + w->n_bodies);
-            pr->last_rows += sg_member_kind(w, m)->problems[p].last_rows;
+            const sg_problem *own = &sg_member_kind(w, m)->problems[p];
+            pr->n_border += own->n_border - own->n_x;
+            pr->last_rows += own->last_rows;
         }
         pr->x = x;
         pr->R = R;
@@ -358,9 +386,28 @@ static void sg_add_problems(SG(work) * w, sg_island *to) {
     }
 }
 
+/* Where row c of a slot of member m stands in a slot of an island with the sizes `sum`. */
+static int sg_find_row(const SG(work) * w, const sg_kind *sum, int m, int c) {
+    const sg_kind *own = sg_member_kind(w, m);
+    if (c < own->n_g) {
+        return sg_first_of(w, m, SG_FIRST_G) + c;
+    }
+    c -= own->n_g;
+    if (c < own->n_gamma) {
+        return sum->n_g + sg_first_of(w, m, SG_FIRST_GAMMA) + c;
+    }
+    c -= own->n_gamma;
+    if (c < own->n_N) {
+        return sum->n_g + sum->n_gamma + sg_first_of(w, m, SG_FIRST_N) + c;
+    }
+    return sum->n_g + sum->n_gamma + sum->n_N + sg_first_of(w, m, SG_FIRST_F) + c - own->n_N;
+}
+
 /* Where the members' coordinates and rows stand; sizes of all together. */
 static void sg_lay_out(SG(work) * w, sg_kind *sum) {
     int at[SG_FIRSTS] = {0, 0, 0, 0, 0, 0};
+    int places = 0;
+    int rows = 0;
     int j, m, what;
     *sum = *sg_member_kind(w, 0);
     sum->n_q = 0;
@@ -379,7 +426,6 @@ static void sg_lay_out(SG(work) * w, sg_kind *sum) {
         sum->spatial = sum->spatial || own->spatial;
         for (j = 0; j < own->n_q && m < w->n_bodies; ++j) {
             w->place[sg_coordinates_of(w->members[m])[j]] = sum->n_q + j;
-            w->owner[sg_coordinates_of(w->members[m])[j]] = m;
         }
         sum->n_q += m < w->n_bodies ? own->n_q : 0;
     }
@@ -390,6 +436,19 @@ static void sg_lay_out(SG(work) * w, sg_kind *sum) {
     sum->n_R = sum->n_g + sum->n_gamma + sum->n_N + sum->n_F;
     sum->n_contacts = at[SG_FIRST_CONTACT];
     sum->n_bounds = at[SG_FIRST_BOUND];
+    for (m = 0; m < w->n_members; ++m) {
+        const sg_kind *own = sg_member_kind(w, m);
+        w->first_place[m] = places;
+        w->first_slot[m] = rows;
+        for (j = 0; j < own->n_q; ++j) {
+            w->places[places + j] = w->place[sg_coordinates_of(w->members[m])[j]];
+        }
+        for (j = 0; j < own->n_R; ++j) {
+            w->slots[rows + j] = sg_find_row(w, sum, m, j);
+        }
+        places += own->n_q;
+        rows += own->n_R;
+    }
 }
 
 /* Where the tables of a problem begin in w->table, for who reads its matrices. */
@@ -421,7 +480,6 @@ static void sg_put_together(SG(work) * w, sg_island *to) {
         sg_add_contacts(w, to, m);
     }
     sg_add_masses(w, to);
-    sg_link_nodes(w);
     sg_add_problems(w, to);
     for (p = 0; p < SG_N_PROBLEMS; ++p) {
         sg_add_smooth(w, to, p);
@@ -710,51 +768,6 @@ static void SG(finish)(SG(work) * w) {
         sg_send_end(w, m);
     }
 }
-
-#if SG_LOCATED
-static void SG(finish_segment)(SG(work) * w) {
-    int m;
-    for (m = 0; m < w->n_members; ++m) {
-        sg_bring_unknowns(w, m, SG_SEGMENT);
-        SG(part_finish_segment)(sg_parts[w->members[m]].kind, &w->element[m]);
-        sg_send_end(w, m);
-    }
-}
-
-static void SG(watch)(SG(work) * w, const SG(params) * par) {
-    int m;
-    for (m = 0; m < w->n_members; ++m) {
-        SG(element) *e = &w->element[m];
-        const sg_kind *own = sg_member_kind(w, m);
-        sg_bring_start(w, m);
-        e->look_t = w->look_t;
-        sg_bring(w, m, 1, w->look_q, e->look_q);
-        sg_bring(w, m, 1, w->look_v, e->look_v);
-        SG(part_watch)(sg_parts[w->members[m]].kind, e, par);
-        sg_copy(own->n_N, e->gap, &w->gap[sg_first_of(w, m, SG_FIRST_N)]);
-        sg_copy(own->n_N, e->gap_rate, &w->gap_rate[sg_first_of(w, m, SG_FIRST_N)]);
-        sg_copy(own->n_F, e->slip_rate, &w->slip_rate[sg_first_of(w, m, SG_FIRST_F)]);
-        sg_copy(own->n_contacts, e->guard_there,
-                &w->guard_there[sg_first_of(w, m, SG_FIRST_CONTACT)]);
-    }
-}
-
-/* Energy of the island at hand. */
-static real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
-                      const SG(params) * par) {
-    real own_q[SG_OWN_Q], own_v[SG_OWN_Q];
-    real sum = SG_C(0.0);
-    int m;
-    for (m = 0; m < w->n_bodies; ++m) {
-        real E[1];
-        sg_bring(w, m, 1, q, own_q);
-        sg_bring(w, m, 1, v, own_v);
-        SG(part_energy)(sg_parts[w->members[m]].kind, t, own_q, own_v, par, E);
-        sum += E[0];
-    }
-    return sum;
-}
-#endif
 
 static int SG(eliminate)(SG(work) * w, int problem, int border) {
     const sg_problem *pr = sg_problem_at(w, problem);
