@@ -91,10 +91,12 @@ def compose(data: ModelData) -> Composition:
     found: dict[object, int] = {}
     kind_of = []
     pictures: dict[int, object] = {}
-    alike = len(parts) == 1 or _moves_with_one(parts)
+    alike = len(parts) == 1 or _moves_with_one(data, parts)
     known: dict[object, object] = {}  # signatures by what is the same to the letter
+    drawn: dict[object, object] = {}
     for part in parts:
-        letters = _letters(part.data)
+        shape, columns = _said(part.data)
+        letters = shape, _letters(part.data, columns)
         if letters not in known:
             known[letters] = _signature(part.data)
         signature = known[letters]
@@ -102,15 +104,20 @@ def compose(data: ModelData) -> Composition:
             found[signature] = len(kinds)
             kinds.append(part.data)
         kind_of.append(found[signature])
-        picture = _text_of(part.data, [part.data.places]) if alike else None
-        alike = alike and pictures.setdefault(kind_of[-1], picture) == picture
+        if alike:
+            picture = _letters(part.data, [part.data.places])
+            if picture not in drawn:
+                drawn[picture] = _text_of(part.data, [part.data.places])
+            alike = pictures.setdefault(kind_of[-1], drawn[picture]) == drawn[picture]
     return Composition(parts, tuple(kinds), tuple(kind_of), alike)
 
 
-def _moves_with_one(parts: Sequence[Part]) -> bool:
-    """Whether no point that is drawn moves with several parts."""
-    points = [k for part in parts for k in part.points]
-    return len(points) == len(set(points))
+def _moves_with_one(data: ModelData, parts: Sequence[Part]) -> bool:
+    """Whether every point that is drawn and moves does so with one part or coupling."""
+    depends = _Dependence(data)
+    with_one = {k for part in parts for k in part.points}
+    rows = range(data.places.shape[0])
+    return all(k in with_one for k in rows if depends.of(data.places[k, :]))
 
 
 def _spelled(part: Part) -> str:
@@ -216,8 +223,9 @@ def _couplings(
     for k, c in enumerate(data.contacts):
         groups.setdefault(k if c.presser is None else c.presser, []).append(k)
     may_open = []
+    plain = not data.compliances and not any(c.poisson or c.mu_F is not None for c in data.contacts)
     for first, group in groups.items():
-        if _may_open(data, first, group):
+        if plain and _may_open(data, first, group):
             may_open.append(group)
         else:
             joined.join(j for k in group for j in members[k])
@@ -245,18 +253,10 @@ def _may_open(data: ModelData, first: int, group: Sequence[int]) -> bool:
     """Whether contacts, with the friction that the first presses, may be left out of a step in
     which its gap stays open."""
     contact = data.contacts[first]
-    plain = not data.compliances and not any(c.poisson or c.mu_F is not None for c in data.contacts)
     pressed = all(data.contacts[k].presser == first for k in group)
     loaded = any(data.contacts[k].load is not None for k in group)
     gaps = sum(data.contacts[k].g_N is not None for k in group)
-    return (
-        plain
-        and contact.g_N is not None
-        and not contact.one_way
-        and pressed
-        and not loaded
-        and gaps == 1
-    )
+    return contact.g_N is not None and not contact.one_way and pressed and not loaded and gaps == 1
 
 
 def _whole(data: ModelData) -> Part:
@@ -416,13 +416,16 @@ def _cut(
         )
 
     depends = _Dependence(data)
-    drawn = [depends.of(data.places[k, :]) for k in range(data.places.shape[0])]
+    moving = [
+        frozenset(joined.of(j) for j in depends.of(data.places[k, :]))
+        for k in range(data.places.shape[0])
+    ]
     parts = []
     for root in roots:
         own = tuple(k for k in range(data.n_q) if joined.of(k) == root)
         contacts = tuple(contacts_of[root])
         rows = (*rows_of[root], *percussions(contacts))
-        points = tuple(k for k, members in enumerate(drawn) if members & set(own))
+        points = tuple(k for k, among in enumerate(moving) if among == {root})
         parts.append(
             Part(
                 _name(data, own),
@@ -434,12 +437,20 @@ def _cut(
             )
         )
     still = ca.SX.zeros(data.n_q, 1)
+    between: dict[frozenset[int], list[int]] = {}
+    for k, among in enumerate(moving):
+        if len(among) > 1:
+            between.setdefault(among, []).append(k)
     for contacts in sorted(couplings):
-        own = tuple(sorted(set().union(*(of_contacts[k] for k in contacts))))
+        # contacts are drawn where they are, by coordinates of both
+        touched = frozenset(joined.of(j) for k in contacts for j in of_contacts[k])
+        points = tuple(between.get(touched, ()))
+        seen = (depends.of(data.places[k, :]) for k in points)
+        own = tuple(sorted(set().union(*(of_contacts[k] for k in contacts), *seen)))
         rows = percussions(contacts)
-        inside = _restrict(data, own, contacts, rows, (), ca.SX(0), still)
+        inside = _restrict(data, own, contacts, rows, points, ca.SX(0), still)
         name = data.contacts[contacts[0]].name
-        parts.append(Part(name, own, contacts, rows, (), inside, couples=True))
+        parts.append(Part(name, own, contacts, rows, points, inside, couples=True))
     return tuple(parts)
 
 
@@ -531,15 +542,15 @@ def _said(data: ModelData) -> tuple[str, list[ca.SX]]:
     return repr(shape), columns
 
 
-def _letters(data: ModelData) -> object:
-    """Equal for parts whose expressions were built the same way: seen at once, but not of all that
-    the same text describes."""
-    shape, columns = _said(data)
+def _letters(data: ModelData, columns: Sequence[ca.SX]) -> object:
+    """Equal for expressions of two parts that were built the same way: seen at once, but not of all
+    that the same text describes."""
     own = ca.vertcat(data.q, data.v)
     common = ca.SX.sym("x", own.numel())
-    said = ca.substitute(ca.vertcat(*(ca.densify(x[:]) for x in columns)), own, common)
+    said = ca.vertcat(ca.SX(0, 1), *(ca.vec(ca.densify(x)) for x in columns))
     # other symbols are those of the model
-    return shape, ca.Function("f", [common], [said], {"allow_free": True}).serialize()
+    f = ca.Function("f", [common], [ca.substitute(said, own, common)], {"allow_free": True})
+    return f.serialize()
 
 
 def _signature(data: ModelData) -> object:

@@ -10,7 +10,7 @@ from signorini.runtime.errors import RunError
 # What the steps of a row reported, column by column.
 COUNTS = (
     *("status", "iterations", "substeps", "rescues", "percussions", "lost_impacts", "impacts"),
-    "captured",
+    *("captured", "islands", "largest_island"),
 )
 _ADVICE = "install it with: pip install 'signorini[data]'"
 

@@ -152,11 +152,14 @@ def read(
     return arrays, {**further, "events": _read_events(path, about)}
 
 
+_FIRST_COUNTS = 6  # of the first format
+
+
 def _from_older(arrays: dict[str, np.ndarray], rows: int, n_contacts: int) -> dict[str, np.ndarray]:
     """Arrays of older formats: the first knew no states of contacts and no impacts, the second no
-    located steps, so that none of theirs fell back to captured ones."""
+    located steps, so that none of theirs fell back to captured ones, the third no islands."""
     counts = arrays.get("counts", np.zeros((0, 0)))
-    if counts.ndim == 2 and len(COUNTS) - 2 <= counts.shape[1] < len(COUNTS):
+    if counts.ndim == 2 and _FIRST_COUNTS <= counts.shape[1] < len(COUNTS):
         missing = np.zeros((len(counts), len(COUNTS) - counts.shape[1]), dtype=counts.dtype)
         counts = np.column_stack([counts, missing])
     unknown = np.full((rows, n_contacts), -1, dtype=np.intc)

@@ -46,11 +46,13 @@ class Trajectory:
     energy_range : ndarray, shape (n+1, 2)
         Smallest and largest energy at the ends of the steps that a row stands for.
     iterations, status, substeps, rescues, percussions : ndarray of int
-    lost_impacts, impacts, captured : ndarray of int
+    lost_impacts, impacts, captured, islands, largest_island : ndarray of int
         What the steps of the row reported: sums, the worst status, all rescues (1 cold start,
         2 central path, 4 path or contacts held; added up), the least certain choice of
         percussions (0 unique, 1 of least norm, 2 one of several). ``substeps`` is 0 where all
         steps were solved whole. ``captured`` is 1 where a located step, or its rest, was captured.
+        ``islands`` is the smallest number of islands that a step was taken in, ``largest_island``
+        the largest number of parts in one; both are 1 in models of one part.
     residual, smallest_gap : ndarray, shape (n+1,)
         Largest scaled residual, smallest gap at any stage; infinite where there is no gap.
     estimate : ndarray, shape (n+1,)

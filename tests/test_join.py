@@ -157,6 +157,8 @@ def test_islands_are_reported(stepper: Callable[..., sg.Stepper]) -> None:
     _, info, state = step_of(together, q, v, 1e-3)
     assert (info.islands, info.largest, state.n_links) == (3, 3, 3)
     assert [state.link[k].coupling for k in range(3)] == sorted({0, 5, 9})
+    traj = together.simulate(t_end=5e-3, dt=1e-3, q0=q, v0=v, parameters=FREE)
+    assert traj.islands.tolist() == [0] + [3] * 5 and traj.largest_island.max() == 3
 
 
 def test_a_contact_that_was_left_out_is_found(stepper: Callable[..., sg.Stepper]) -> None:

@@ -257,8 +257,9 @@ def structs(
             "counts",
             "int*",
             (),
-            "rows of 8: status, iterations, substeps, rescues, percussions, lost_impacts, impacts, "
-            "captured; worst status, sums, all rescues, worst choice, whether any was captured",
+            "rows of 10: status, iterations, substeps, rescues, percussions, lost_impacts, "
+            "impacts, captured, islands, parts of the largest; worst status, sums, all rescues, "
+            "worst choice, whether any was captured, fewest islands, the largest of all",
         ),
         Field("contact", "int*", (), "rows of N_CONTACTS, states at the end of the last step"),
         Field("events", "event*", (), "changes of contact states, the first max_events of them"),

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import accumulate
 
 from signorini.codegen.c.elimination import Elimination
 from signorini.codegen.c.external import Pattern
@@ -295,10 +296,11 @@ class EmitSpec:
         """The struct that generated functions work on."""
         return f"{self.prefix}_{'element' if self.joins else 'work'}"
 
-    def first_member(self, part: int) -> int:
-        """Where the places of a part begin in the table of all parts."""
-        before = self.parts[:part]
-        return sum(len(p.coordinates) + len(p.contacts) + len(p.rows) for p in before)
+    @property
+    def first_members(self) -> tuple[int, ...]:
+        """Where the places of each part begin in the table of all parts."""
+        counts = (len(p.coordinates) + len(p.contacts) + len(p.rows) for p in self.parts)
+        return tuple(accumulate(counts, initial=0))
 
     @property
     def first_shares(self) -> tuple[tuple[int, ...], ...]:

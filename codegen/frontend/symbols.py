@@ -94,6 +94,8 @@ class CasADi:
 
     def to_sx(self, model: str, equation: str, expr: Any) -> ca.SX:
         """Check that `expr` is a real scalar in this model's symbols."""
+        if type(expr) in (int, float):
+            return ca.SX(expr)
         if isinstance(expr, sp.Basic) and expr.free_symbols:
             raise ModelError(
                 model,

@@ -136,6 +136,8 @@ class _Freezer:
         """Translate one expression; `depends` lists what it may depend on (t, q, v, u, p)."""
         world = self.model.world
         sx = world.to_sx(self.name, equation, expr)
+        if sx.is_constant() and np.isfinite(float(sx)):
+            return sx
         symbols = ca.symvar(sx)
         self._check_numbers(equation, sx, symbols)
         found = {self.letter_of.get(s.element_hash()) for s in symbols}
@@ -160,8 +162,6 @@ class _Freezer:
         return sx
 
     def _check_numbers(self, equation: str, sx: ca.SX, symbols: list[ca.SX]) -> None:
-        if sx.is_constant() and np.isfinite(float(sx)):
-            return
         f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *symbols)], [sx])
         for k in range(f.n_instructions()):
             op = f.instruction_id(k)
@@ -221,9 +221,27 @@ class _Freezer:
                     f"has points of {' and '.join(map(str, dimensions))} components",
                     "Give all points of a model two components, or all three",
                 )
-            rows.append(ca.horzcat(*(self.scalar(what, x, "tqp") for x in point)))
+            rows.append([(what, x) for x in point])
         shapes = tuple((thing.kind, thing.name, len(thing.points)) for thing in things)
-        return shapes, ca.vertcat(*rows) if rows else ca.SX(0, 2)
+        return shapes, self._points(rows) if rows else ca.SX(0, 2)
+
+    def _points(self, rows: list[list[tuple[str, Any]]]) -> ca.SX:
+        """Points in rows; looked at together, and one by one only to say which is wrong."""
+        world = self.model.world
+        found = ca.vertcat(
+            *(ca.horzcat(*(world.to_sx(self.name, what, x) for what, x in row)) for row in rows)
+        )
+        symbols = ca.symvar(found)
+        letters = {self.letter_of.get(s.element_hash()) for s in symbols}
+        try:
+            self._check_numbers("shape", ca.vec(found), symbols)
+        except ModelError:
+            letters.add("u")
+        if letters & {"u", "v"}:
+            for row in rows:
+                for what, x in row:
+                    self.scalar(what, x, "tqp")
+        return found
 
     def force(self) -> ca.SX:
         total = ca.SX.zeros(len(self.model.q), 1)

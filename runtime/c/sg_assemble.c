@@ -565,6 +565,9 @@ static void sg_bring_unknowns(SG(work) * w, int m, int problem) {
     sg_copy(kind->n_gamma, &w->given[sg_first_of(w, m, SG_FIRST_GAMMA)], e->given);
     sg_copy(kind->n_F, &w->given[sg_n_gamma(w) + sg_first_of(w, m, SG_FIRST_F)],
             &e->given[kind->n_gamma]);
+    e->look_t = w->look_t;
+    sg_bring(w, m, 1, w->look_q, e->look_q);
+    sg_bring(w, m, 1, w->look_v, e->look_v);
 #endif
 }
 

@@ -152,7 +152,7 @@ typedef SG(real) real;
 #define SG_DIP SG_C(0.0009765625) /* share of the way that truncation may take from a gap */
 
 /* Numbers of a row of record.counts. */
-#define SG_COUNTS 8
+#define SG_COUNTS 10
 
 /* Floors of round-off within which the checker takes a row as solved. */
 #define SG_CHECK_FLOORS SG_C(64.0)

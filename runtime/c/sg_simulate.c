@@ -158,6 +158,12 @@ static void sg_count(int *counts, int first, const SG(info) * info) {
 #if SG_LOCATED
     counts[7] |= info->captured > 0;
 #endif
+#if SG_N_PARTS > 1
+    counts[8] = first || info->islands < counts[8] ? info->islands : counts[8];
+    counts[9] = info->largest > counts[9] ? info->largest : counts[9];
+#else
+    counts[8] = counts[9] = 1;
+#endif
 }
 
 /* Row `row` of the record after a step; `first`: it is the first step of the row. */
