@@ -1,5 +1,6 @@
 """How generation, C size, compilation and steps grow with bodies and contacts."""
 
+import ctypes
 import json
 import os
 import tempfile
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import signorini as sg
-from signorini.bodies import Planar, Spatial, inertia
+from signorini.bodies import Planar, Round, Spatial, inertia
 from signorini.codegen.c.build import emit_spec
 from signorini.codegen.c.emit import render, write
 from signorini.codegen.frontend.validate import freeze
@@ -80,13 +81,57 @@ def boxes_in_space(count: int) -> sg.Model:
     return m
 
 
+def discs(count: int) -> sg.Model:
+    """Discs that fall into a container, contacts between all of them."""
+    m = sg.Model("discs", symbols="casadi")
+    world = Planar(m, gravity=(0, -9.81))
+    columns = max(3, round(count**0.5))
+    right = world.plane(world.ground.point(1.0 + 0.24 * columns, 0), (-1, 0))
+    left = world.plane(world.ground.point(1.0, 0), (1, 0))
+    start: dict[str, float] = {}
+    round_ones: list[Round] = []
+    for k in range(count):
+        disc = world.body(f"d{k}", 1.0, inertia.disc(1.0, 0.1))
+        round_ones.append(Round(disc.point(), 0.1))
+        for name, wall in (("floor", world.plane()), ("left", left), ("right", right)):
+            world.contact(f"{name}{k}", round_ones[k], wall, mu=0.3, e_N=0.2)
+        for j in range(k):
+            world.contact(f"c{j}_{k}", round_ones[j], round_ones[k], mu=0.3, e_N=0.2)
+        shift = 0.02 * (k * 7 % 5) / 5
+        start |= {f"d{k}_x": 1.11 + 0.23 * (k % columns) + shift}
+        start |= {f"d{k}_y": 0.15 + 0.25 * (k // columns)}
+    m.initial_state(q=start)
+    return m
+
+
+def balls(count: int) -> sg.Model:
+    """Balls in space that fall into a bowl, contacts between all of them."""
+    m = sg.Model("balls", symbols="casadi")
+    world = Spatial(m, gravity=(0, 0, -9.81))
+    bowl = world.graph(lambda x, y: 0.4 * (x**2 + y**2))
+    start: dict[str, float] = {}
+    round_ones: list[Round] = []
+    for k in range(count):
+        ball = world.body(f"b{k}", 1.0, inertia.ball(1.0, 0.1))
+        round_ones.append(Round(ball.point(), 0.1))
+        world.contact(f"bowl{k}", ball.point(), bowl, mu=0.3, e_N=0.3)
+        for j in range(k):
+            world.contact(f"c{j}_{k}", round_ones[j], round_ones[k], mu=0.3, e_N=0.3)
+        start |= {f"b{k}_x": 0.4 * cos(2.0 * k), f"b{k}_y": 0.4 * sin(2.0 * k)}
+        start |= {f"b{k}_z": 0.3 + 0.12 * k}
+    world.initial_state(q=start)
+    return m
+
+
 FAMILIES: dict[str, tuple[Callable[[int], sg.Model], Sequence[int]]] = {
     "chain, minimal": (lambda n: chain(n, redundant=False), (2, 4, 8, 16, 24)),
     "chain, redundant": (lambda n: chain(n, redundant=True), (2, 4, 8, 16, 32)),
     "boxes": (boxes, (1, 2, 4, 8, 16)),
-    "boxes in space": (boxes_in_space, (1, 2, 4, 8, 16)),
+    "boxes in space": (boxes_in_space, (1, 2, 4, 8, 16, 32)),
+    "discs, all pairs": (discs, (5, 10, 20, 40)),
+    "balls in a bowl": (balls, (4, 8, 16)),
 }
-MEASURED = ("derive_s", "emit_s", "c_kB", "compile_s", "step_us")
+MEASURED = ("derive_s", "emit_s", "c_kB", "compile_s", "step_us", "work_kB")
 
 
 @dataclass(frozen=True)
@@ -102,6 +147,15 @@ class Size:
     c_kB: float
     compile_s: float
     step_us: float
+    work_kB: float
+
+
+def time_of_step(stepper: sg.Stepper, steps: int = 250, dt: float = 2e-3) -> float:
+    """Mean time of a step [µs] from the start on, without what a run costs whatever its length."""
+    seconds = [
+        median(stepper.simulate(t_end=n * dt, dt=dt).seconds for _ in range(5)) for n in (1, steps)
+    ]
+    return (seconds[1] - seconds[0]) / (steps - 1) * 1e6
 
 
 def measure(family: str, count: int, stages: int = 3) -> Size:
@@ -125,7 +179,7 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
             else:
                 os.environ["SIGNORINI_CACHE"] = before
         c_kB = sum(p.stat().st_size for p in generated.glob("*.c") if p.name != "example.c") / 1e3
-        runs = [stepper.simulate(t_end=0.2, dt=2e-3).seconds / 100 * 1e6 for _ in range(3)]
+        step_us = time_of_step(stepper)
     manifest = stepper.manifest
     return Size(
         family,
@@ -136,7 +190,8 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
         emit_s,
         c_kB,
         compile_s,
-        median(runs),
+        step_us,
+        ctypes.sizeof(stepper.library.structs["work"]) / 1e3,
     )
 
 
@@ -166,8 +221,8 @@ def markdown(sizes: Sequence[Size]) -> str:
     """The table with exponents below each family."""
     lines = [
         "| model | count | coordinates | contacts | derive [s] | emit [s] | C [kB] | compile [s] "
-        "| step [µs] |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| step [µs] | scratch [kB] |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     slopes = exponents(sizes)
     for family in FAMILIES:
@@ -175,13 +230,15 @@ def markdown(sizes: Sequence[Size]) -> str:
             if s.family == family:
                 lines.append(
                     f"| {family} | {s.count} | {s.n_q} | {s.contacts} | {s.derive_s:.2f} "
-                    f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} |"
+                    f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} "
+                    f"| {s.work_kB:.0f} |"
                 )
         if family in slopes:
             e = slopes[family]
             lines.append(
                 f"| {family} | **exponent** | | | {e['derive_s']:.1f} | {e['emit_s']:.1f} "
-                f"| {e['c_kB']:.1f} | {e['compile_s']:.1f} | {e['step_us']:.1f} |"
+                f"| {e['c_kB']:.1f} | {e['compile_s']:.1f} | {e['step_us']:.1f} "
+                f"| {e['work_kB']:.1f} |"
             )
     return "\n".join(lines) + "\n"
 
@@ -193,14 +250,18 @@ def plot(sizes: Sequence[Size], path: Path) -> None:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    labels = ("derive [s]", "emit [s]", "C [kB]", "compile [s]", "time per step [µs]")
-    fig, axes = plt.subplots(1, 5, figsize=(17, 3.6), layout="constrained")
+    labels = (
+        *("derive [s]", "emit [s]", "C [kB]", "compile [s]", "time per step [µs]"),
+        "scratch [kB]",
+    )
+    fig, axes = plt.subplots(2, 3, figsize=(11, 7), layout="constrained")
+    axes = axes.ravel()
     for axis, name, label in zip(axes, MEASURED, labels, strict=True):
         for family in FAMILIES:
             rows = [s for s in sizes if s.family == family]
             axis.loglog([s.count for s in rows], [getattr(s, name) for s in rows], "o-", ms=4,
                         label=family)  # fmt: skip
-        axis.set_xlabel("links or boxes")
+        axis.set_xlabel("bodies")
         axis.set_ylabel(label)
         axis.grid(alpha=0.25, which="both")
     axes[0].legend(fontsize=8)

@@ -186,7 +186,10 @@ SLOWER = re.compile(
             r"test_check.py::test_models_pass\[trap_models.mixed_contacts",
             r"test_poisson.py::test_what_check_says_of_poissons_law\[options1",
             r"test_parts.py::test_boxes_in_space.*(2|64)\]",
-            r"test_parts.py::test_models_of_several_parts_are_checked",
+            r"test_c_units.py::test_branches",
+            r"test_notebooks.py::test_notebooks_run\[identification",
+            r"test_view.py::test_a_page_in_space",
+            r"test_located.py::test_the_command_line_locates_events",
             r"test_parts.py::test_assorted_parts_are_checked\[False",
         )
     )

@@ -94,7 +94,8 @@ def test_growth(tmp_path: Path, ink: Ink) -> None:
     assert [(s.n_q, s.contacts) for s in sizes] == [(3, 4), (6, 8)]
     assert all(s.compile_s > 0 and s.step_us > 0 for s in sizes)
     powers = [
-        growth.Size("boxes", n, 3 * n, 4 * n, n, n, n**2.0, n**3.0, 5 * n**0.5) for n in (2, 4, 8)
+        growth.Size("boxes", n, 3 * n, 4 * n, n, n, n**2.0, n**3.0, 5 * n**0.5, 7.0 * n)
+        for n in (2, 4, 8)
     ]
     found = growth.exponents(powers)["boxes"]
     assert list(found.values()) == pytest.approx([1, 1, 2, 3, 0.5])

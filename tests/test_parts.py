@@ -230,7 +230,7 @@ def test_no_warnings_in_models_of_several_parts(
         assert (folder / f"{file}.o").stat().st_size > 10_000
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"events": "located"}, {"scheme": "moreau"}])
 def test_models_of_several_parts_are_checked(options: dict[str, str]) -> None:
     """Every function, residual and Jacobian against NumPy, which knows nothing of parts."""
