@@ -64,7 +64,7 @@ static void run_one(const void *job, int k, void *memory) {
     record.residual = &b->residual[first];
     record.smallest_gap = &b->smallest_gap[first];
     record.energy = &b->energy[first * 2];
-    record.counts = &b->counts[first * 8];
+    record.counts = &b->counts[first * 10];
     record.contact = b->n_contacts > 0 ? &b->contact[first * b->n_contacts] : NULL;
     record.events = NULL;
     record.n_events = NULL;
@@ -94,7 +94,7 @@ static void run_one(const void *job, int k, void *memory) {
             at.residual = &record.residual[row];
             at.smallest_gap = &record.smallest_gap[row];
             at.energy = &record.energy[2L * row];
-            at.counts = &record.counts[8L * row];
+            at.counts = &record.counts[10L * row];
             at.contact = record.contact != NULL ? &record.contact[(long)row * b->n_contacts] : NULL;
             at.begun = b->done[k] % b->every;
             b->status[k] = take(b, k, m, &state, &info,

@@ -280,7 +280,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("momenta of the elements are not added up", "runtime/c/sg_assemble.c", "w->r[b * sg_n_q(w) + sg_place_of(w, m, j)] += e->r[b * own->n_q + j];", "w->r[b * sg_n_q(w) + sg_place_of(w, m, j)] = e->r[b * own->n_q + j];"),
     Mutant("what is eliminated fills nothing in", "runtime/c/sg_assemble.c", "own[k] |= around[k];", "own[k] |= 0 * around[k];"),
     Mutant("the impact of a coupling forgets its restitution", "runtime/c/sg_assemble.c", "sg_copy(kind->n_contacts, &w->e_N[first], e->e_N);", "sg_copy(kind->n_contacts, &w->e_N[0], e->e_N);"),
-    Mutant("room for couplings is not looked at", "runtime/c/sg_join.c", "if (sg_group(w) > SG_N_JOINED) {", "if (sg_group(w) > 100 * SG_N_JOINED) {"),
+    Mutant("a crowded step says that it did not converge", "runtime/c/sg_join.c", "return SG_K(CROWDED);", "return SG_K(NOT_CONVERGED);"),
     Mutant("events of an island are told of its first contact", "runtime/c/sg_join.c", "event.contact = sg_contact_of_model(w, event.contact);", "event.contact = sg_contact_of_model(w, 0);"),
     Mutant("contacts of a coupling are pressed by those of the first part", "runtime/c/sg_assemble.c", "c->pressing = sg_shifted(c->pressing, n_0);", "c->pressing = sg_shifted(c->pressing, 0);"),
     Mutant("contacts do not couple", "codegen/parts.py", "joined.join(j for k in group for j in members[k])", "pass"),

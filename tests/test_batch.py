@@ -99,7 +99,7 @@ def test_progress_and_memory(stepper: Build) -> None:
         progress=lambda done, total: seen.append((done, total)),
     )
     assert seen == [(64, 150), (128, 150), (150, 150)]
-    assert batch.bytes_per_run == 11 * (8 * (1 + 3 + 3 + 2 + 2 + 2) + (8 + 1) * 4)
+    assert batch.bytes_per_run == 11 * (8 * (1 + 3 + 3 + 2 + 2 + 2) + (10 + 1) * 4)
     assert batch.bytes_per_thread > 1000
 
 

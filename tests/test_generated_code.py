@@ -141,7 +141,15 @@ def _needed(file: Path, prefix: str, folder: Path) -> set[str]:
         for name, kind in defined.items()
         if kind.isupper() and kind != "R"
     )
-    assert not {name for name, kind in defined.items() if kind in "BDbdC"}  # no writable data
+    # no writable data; constants that hold addresses are relocated where code may stand anywhere
+    sections = run("nm", "-f", "sysv", file.with_suffix(".o").name, cwd=folder).splitlines()
+    where = {
+        line.split("|")[0].strip(): line.split("|")[-1].strip()
+        for line in sections
+        if line.count("|") == 6
+    }
+    writable = {name for name, kind in defined.items() if kind in "BDbdC"}
+    assert not {name for name in writable if not where[name].startswith(".data.rel.ro")}
     return {line.split()[-1] for line in symbols if " U " in line}
 
 
