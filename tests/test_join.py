@@ -74,6 +74,9 @@ def test_an_impact_runs_through_a_row(
         assert traj.v[-1, 12] > traj.v[-1, 0]
         expected = traj.v[-1]
     np.testing.assert_allclose(traj.v[-1], expected, atol=1e-9)
+    if events == "located":
+        struck = [event.contact for event in traj.events if event.kind == "impact"]
+        assert struck == ["c0_1", "c1_2", "c2_3", "c3_4"]
     assert traj.smallest_gap.min() > -1e-9
     np.testing.assert_allclose(traj.v[:, 0::3].sum(axis=1), 2.0, rtol=1e-12)
     np.testing.assert_allclose(traj.energy, 2.0, rtol=1e-9)
