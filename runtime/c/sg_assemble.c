@@ -28,19 +28,6 @@ typedef struct {
     int used; /* of w->table */
 } sg_island;
 
-/* Coordinates, contacts and percussions of an element among those of the model. */
-static inline const int *sg_coordinates_of(int element) {
-    return &sg_members[sg_parts[element].first];
-}
-
-static inline const int *sg_contacts_of(int element) {
-    return sg_coordinates_of(element) + sg_kinds[sg_parts[element].kind].n_q;
-}
-
-static inline const int *sg_rows_of(int element) {
-    return sg_contacts_of(element) + sg_kinds[sg_parts[element].kind].n_contacts;
-}
-
 /* The kind of member m of the island. */
 static inline const sg_kind *sg_member_kind(const SG(work) * w, int m) {
     return &sg_kinds[sg_parts[w->members[m]].kind];
@@ -73,8 +60,7 @@ static int sg_unknown_of(const SG(work) * w, int m, int problem, int u) {
            sg_row_of(w, m, u % own->n_R);
 }
 
-/* ---- tables -----------------------------------------------------------------------------------
- */
+/* ---- tables ------------------------------------------------------------------------------ */
 
 /* Room for n integers. */
 static int *sg_room(SG(work) * w, sg_island *to, int n) {
@@ -490,8 +476,7 @@ static void sg_put_together(SG(work) * w, sg_island *to) {
     }
 }
 
-/* ---- what elements are given, and what they say ------------------------------------------------
- */
+/* ---- what elements are given, and what they say ------------------------------------------ */
 
 /* Numbers of the coordinates, block by block. */
 static void sg_bring(const SG(work) * w, int m, int blocks, const real *from, real *to) {

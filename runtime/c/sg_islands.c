@@ -61,17 +61,6 @@ static void sg_add_report(SG(info) * info, const SG(report) * own) {
 }
 
 #if !SG_JOINS
-/* Its coordinates, contacts and percussions among those of the model. */
-static inline const int *sg_coordinates_of(int part) { return &sg_members[sg_parts[part].first]; }
-
-static inline const int *sg_contacts_of(int part) {
-    return sg_coordinates_of(part) + sg_kinds[sg_parts[part].kind].n_q;
-}
-
-static inline const int *sg_rows_of(int part) {
-    return sg_contacts_of(part) + sg_kinds[sg_parts[part].kind].n_contacts;
-}
-
 /* Take up a part: *own, what it goes on from, at the time, place and velocity of the model. */
 static void sg_enter_part(SG(work) * w, const SG(state) * s, SG(part) * own, int part) {
     const int *at = sg_coordinates_of(part);
@@ -197,7 +186,7 @@ static real sg_energy_at(real t, const real q[], const real v[], const SG(params
     real sum = SG_C(0.0);
     int j, part;
     for (part = 0; part < SG_N_PARTS; ++part) {
-        const int *at = &sg_members[sg_parts[part].first];
+        const int *at = sg_coordinates_of(part);
         real E[1];
         for (j = 0; j < sg_kinds[sg_parts[part].kind].n_q; ++j) {
             own_q[j] = q[at[j]];

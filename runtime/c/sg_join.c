@@ -55,8 +55,7 @@ static void sg_reset_parts(SG(state) * s) {
     s->n_links = 0;
 }
 
-/* ---- which couplings may act -------------------------------------------------------------------
- */
+/* ---- which couplings may act ------------------------------------------------------------- */
 
 /* Coordinates, or velocities, of an element. */
 static void sg_pick(int element, const real *from, real *to) {
@@ -193,8 +192,7 @@ static void sg_gather_members(SG(work) * w, int first) {
     }
 }
 
-/* ---- what an island goes on from ---------------------------------------------------------------
- */
+/* ---- what an island goes on from --------------------------------------------------------- */
 
 /* The members as a number. */
 static int sg_print_of(const SG(work) * w) {
@@ -383,8 +381,7 @@ static void sg_keep_coupling(SG(work) * w, int m) {
     }
 }
 
-/* ---- what is reported --------------------------------------------------------------------------
- */
+/* ---- what is reported -------------------------------------------------------------------- */
 
 #if SG_LOCATED
 /* The contact of the model that contact k of the island is. */
@@ -438,18 +435,18 @@ static void sg_gather_island(SG(work) * w, SG(info) * info) {
     }
 }
 
-/* Stages of the island among those of the model. */
+/* Stages of the island among those of the model, if they are those of the whole step. */
 static void sg_keep_stages(SG(work) * w) {
     const int whole = sg_has_stages(&w->trial, &w->report);
     int i, j, m;
     w->staged = w->staged && whole;
-    for (m = 0; m < w->n_members; ++m) {
+    for (m = 0; m < w->n_bodies; ++m) {
+        w->whole[w->members[m]] = whole;
+    }
+    for (m = 0; m < w->n_members && whole; ++m) {
         const sg_kind *own = sg_member_kind(w, m);
         const int *at = sg_coordinates_of(w->members[m]);
         const int *rows = sg_rows_of(w->members[m]);
-        if (m < w->n_bodies) {
-            w->whole[w->members[m]] = whole;
-        }
         SG(part_stages)(sg_parts[w->members[m]].kind, &w->element[m], w->stage_t, w->part_q,
                         w->part_v, w->part_R);
         for (i = 0; i < SG_N_STAGES; ++i) {
@@ -464,8 +461,7 @@ static void sg_keep_stages(SG(work) * w) {
     }
 }
 
-/* ---- the step ----------------------------------------------------------------------------------
- */
+/* ---- the step ---------------------------------------------------------------------------- */
 
 /* The steps of all islands. */
 static int sg_step_each(const SG(state) * s, SG(work) * w, SG(info) * info, const SG(params) * par,

@@ -4,6 +4,21 @@
 /* The part of the model that is being stepped: sizes, contacts and problems of its kind. In a model
    that is a single part all of this is known when it is compiled. */
 
+#if SG_N_PARTS > 1
+/* Coordinates, contacts and percussions of a part, or of a coupling, among those of the model. */
+static inline const int *sg_coordinates_of(int element) {
+    return &sg_members[sg_parts[element].first];
+}
+
+static inline const int *sg_contacts_of(int element) {
+    return sg_coordinates_of(element) + sg_kinds[sg_parts[element].kind].n_q;
+}
+
+static inline const int *sg_rows_of(int element) {
+    return sg_contacts_of(element) + sg_kinds[sg_parts[element].kind].n_contacts;
+}
+#endif
+
 #if SG_JOINS
 /* An island that is put together, or one part (sg_assemble.c). */
 static inline const sg_kind *sg_kind_of(const SG(work) * w) { return (const sg_kind *)w->island; }

@@ -81,7 +81,7 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
     }
 #if SG_N_PARTS > 1
     for (part = 0; part < SG_N_ELEMENTS && status == SG_K(OK); ++part) {
-        const int *at = &sg_members[sg_parts[part].first];
+        const int *at = sg_coordinates_of(part);
         for (j = 0; j < sg_kinds[sg_parts[part].kind].n_q; ++j) {
             q[j] = q0[at[j]];
             v[j] = v0[at[j]];
