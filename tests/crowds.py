@@ -10,8 +10,11 @@ RADIUS = 0.1
 def row_of_discs(count: int = 6) -> sg.Model:
     """Equal discs in the plane, without weight; a floor below the last one alone."""
     m = sg.Model("row_of_discs", symbols="casadi")
-    mu, e_N, grav = m.parameters(
-        mu=sg.par(0.0, min=0), e_N=sg.par(1.0, min=0, max=1), grav=sg.par(0.0)
+    mu, e_N, e_floor, grav = m.parameters(
+        mu=sg.par(0.0, min=0),
+        e_N=sg.par(1.0, min=0, max=1),
+        e_floor=sg.par(0.5, min=0, max=1),
+        grav=sg.par(0.0),
     )
     world = Planar(m, gravity=(0, -grav))
     discs = []
@@ -23,7 +26,7 @@ def row_of_discs(count: int = 6) -> sg.Model:
     for i in range(count):
         for j in range(i):
             world.contact(f"c{j}_{i}", discs[j], discs[i], mu=mu, e_N=e_N)
-    world.contact("floor", discs[-1], world.plane(), mu=mu, e_N=e_N)
+    world.contact("floor", discs[-1], world.plane(), mu=mu, e_N=e_floor)
     m.initial_state(q=start)
     return m
 

@@ -278,7 +278,6 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("percussions of a coupling act on the first part alone", "runtime/c/sg_assemble.c", "w->places[places + j] = w->place[sg_coordinates_of(w->members[m])[j]];", "w->places[places + j] = w->place[sg_coordinates_of(w->members[m])[m < w->n_bodies ? j : j % 3]];"),
     Mutant("the rows of a coupling are those of another", "runtime/c/sg_assemble.c", "return sum->n_g + sum->n_gamma + sg_first_of(w, m, SG_FIRST_N) + c;", "return sum->n_g + sum->n_gamma + sg_first_of(w, m < w->n_bodies ? m : w->n_bodies, SG_FIRST_N) + c;"),
     Mutant("momenta of the elements are not added up", "runtime/c/sg_assemble.c", "w->r[b * sg_n_q(w) + sg_place_of(w, m, j)] += e->r[b * own->n_q + j];", "w->r[b * sg_n_q(w) + sg_place_of(w, m, j)] = e->r[b * own->n_q + j];"),
-    Mutant("what is eliminated fills nothing in", "runtime/c/sg_assemble.c", "own[k] |= around[k];", "own[k] |= 0 * around[k];"),
     Mutant("the impact of a coupling forgets its restitution", "runtime/c/sg_assemble.c", "sg_copy(kind->n_contacts, &w->e_N[first], e->e_N);", "sg_copy(kind->n_contacts, &w->e_N[0], e->e_N);"),
     Mutant("a crowded step says that it did not converge", "runtime/c/sg_join.c", "return SG_K(CROWDED);", "return SG_K(NOT_CONVERGED);"),
     Mutant("events of an island are told of its first contact", "runtime/c/sg_join.c", "event.contact = sg_contact_of_model(w, event.contact);", "event.contact = sg_contact_of_model(w, 0);"),

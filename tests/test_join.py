@@ -83,6 +83,18 @@ def test_an_impact_runs_through_a_row(
 
 
 @pytest.mark.parametrize("events", ["captured", "located"])
+def test_each_contact_has_coefficients_of_its_own(
+    stepper: Callable[..., sg.Stepper], events: str
+) -> None:
+    """The last disc is struck by the one before it: elastic, whatever its floor gives back."""
+    together = built(stepper)
+    q, v = placed(0.01)
+    v[12] = 1.0
+    traj = together.simulate(t_end=0.1, dt=1e-3, q0=q, v0=v, events=events, parameters=FREE)
+    np.testing.assert_allclose(traj.v[-1, [12, 15]], [0.0, 1.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("events", ["captured", "located"])
 def test_momentum_and_energy_of_a_crowd(stepper: Callable[..., sg.Stepper], events: str) -> None:
     """Discs thrown at a point: momentum and angular momentum stay, energy falls by friction and
     restitution alone."""
@@ -116,7 +128,7 @@ def test_what_nothing_touches_moves_bit_for_bit_as_before(
 ) -> None:
     """The last disc bounces on the floor, whatever the others do."""
     together = built(stepper)
-    how = {"e_N": 0.7, "mu": 0.3, "grav": 9.81}
+    how = {"e_N": 0.7, "e_floor": 0.7, "mu": 0.3, "grav": 9.81}
     q, v = placed(0.02, 5)
     q[1:15:3] += np.array([0.0, 0.25, 0.5, 0.75, 1.0]) + 50.0
     q[15:18] = 40.0, 0.4, 0.0
@@ -182,7 +194,7 @@ def test_a_contact_that_was_left_out_is_found(stepper: Callable[..., sg.Stepper]
     fall = 9.81 * 1e-2**2 / 2
     q[15:18] = 30.0, RADIUS, 0.0  # lies on the floor
     q[12:15] = 30.0, 3 * RADIUS + 0.25 * fall, 0.0  # and another above it
-    how = {"grav": 9.81, "e_N": 0.0}
+    how = {"grav": 9.81, "e_N": 0.0, "e_floor": 0.0}
     status, info, state = step_of(together, q, v, 1e-2, parameters=how)
     assert status <= SUCCESS and info.largest == 2 and info.islands == 5
     assert state.q[13] == pytest.approx(3 * RADIUS, abs=1e-12)
@@ -197,7 +209,7 @@ def test_what_rests_on_another_needs_no_iteration(stepper: Callable[..., sg.Step
     q, v = placed(5.0)
     q[15:18] = 30.0, RADIUS, 0.0
     q[12:15] = 30.0, 3 * RADIUS, 0.0
-    how = {"grav": 9.81, "e_N": 0.0, "mu": 0.0}
+    how = {"grav": 9.81, "e_N": 0.0, "e_floor": 0.0, "mu": 0.0}
     traj = together.simulate(t_end=0.1, dt=2e-3, q0=q, v0=v, parameters=how)
     fall = traj.iterations[-10:]
     together_at_rest = traj.q[-1, 12:]
