@@ -351,7 +351,6 @@ def test_islands_move_as_one_piece(
         pytest.param(lambda: row_of_discs(2), {"events": "located"}, marks=pytest.mark.slow),
         pytest.param(lambda: crowd(1), {}, marks=pytest.mark.slow),
         pytest.param(lambda: crowd(1), {"scheme": "moreau"}, marks=pytest.mark.slow),
-        pytest.param(lambda: crowd(1), {"scheme": "theta"}, marks=pytest.mark.slow),
     ],
 )
 def test_models_with_couplings_are_checked(
