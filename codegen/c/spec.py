@@ -275,20 +275,23 @@ class EmitSpec:
 
     @property
     def joined_macros(self) -> tuple[tuple[str, int], ...]:
-        """Sizes of islands and of their elements, where contacts join parts."""
+        """Sizes of what parts keep and, where contacts join parts, of islands."""
         n, most = self.island, self.most
+        own = (
+            ("SG_OWN_X_KEPT", most.n_x_kept),
+            ("SG_OWN_ROWS_KEPT", most.n_rows_kept),
+            ("SG_OWN_KEY", most.n_key),
+            ("SG_OWN_TERMS", most.n_terms),
+        )
         if not self.joins:
-            return ()
+            return own
         return (
+            *own,
             ("SG_OWN_Q", most.n_q),
             ("SG_ISLAND_SLIPS", max(n.n_F, 1)),
             ("SG_ISLAND_GAPS", max(n.n_N, 1)),
             ("SG_BLOCKS_KEPT", n.n_x_kept // n.n_q),
             ("SG_SLOTS_KEPT", n.n_rows_kept // n.n_R),
-            ("SG_OWN_X_KEPT", most.n_x_kept),
-            ("SG_OWN_ROWS_KEPT", most.n_rows_kept),
-            ("SG_OWN_KEY", most.n_key),
-            ("SG_OWN_TERMS", most.n_terms),
         )
 
     @property

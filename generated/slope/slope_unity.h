@@ -51,6 +51,7 @@
 #undef SG_INSIDE
 #undef SG_JOINS
 #undef SG_K
+#undef SG_KEPT
 #undef SG_LANDING
 #undef SG_LAST_TURNS
 #undef SG_LEAST_SHARE
@@ -81,13 +82,14 @@
 #undef SG_N_PROBLEMS
 #undef SG_N_Q
 #undef SG_N_R
-#undef SG_N_ROWS_KEPT
 #undef SG_N_SLIP
 #undef SG_N_STAGES
-#undef SG_N_TERMS
 #undef SG_N_U
 #undef SG_N_VARYING
-#undef SG_N_X_KEPT
+#undef SG_OWN_KEY
+#undef SG_OWN_ROWS_KEPT
+#undef SG_OWN_TERMS
+#undef SG_OWN_X_KEPT
 #undef SG_PARTS
 #undef SG_PART_AGAIN
 #undef SG_PART_WHOLE

@@ -10,21 +10,24 @@ static int sg_locate(SG(work) * w, const SG(part) * s, SG(report) * info, const 
 #endif
 
 #if SG_JOINS
-/* Forget what all parts would go on from (sg_join.c). */
-static void sg_reset_parts(SG(state) * s);
+/* What a part goes on from; a stepped island has a struct of its own. */
+#define SG_KEPT SG(kept)
 #else
-static void sg_reset_guess(SG(part) * s, int n_contacts) {
+#define SG_KEPT SG(part)
+#endif
+
+static void sg_reset_guess(SG_KEPT *s, int n_contacts) {
     int k;
-    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x);
-    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R);
+    sg_fill(SG_OWN_X_KEPT, SG_C(0.0), s->x);
+    sg_fill(SG_OWN_ROWS_KEPT, SG_C(0.0), s->R);
     for (k = 0; k < n_contacts; ++k) {
         s->closed[k] = 0;
         s->contact[k] = SG_K(UNKNOWN);
     }
-    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x_1);
-    sg_fill(SG_N_X_KEPT, SG_C(0.0), s->x_2);
-    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R_1);
-    sg_fill(SG_N_ROWS_KEPT, SG_C(0.0), s->R_2);
+    sg_fill(SG_OWN_X_KEPT, SG_C(0.0), s->x_1);
+    sg_fill(SG_OWN_X_KEPT, SG_C(0.0), s->x_2);
+    sg_fill(SG_OWN_ROWS_KEPT, SG_C(0.0), s->R_1);
+    sg_fill(SG_OWN_ROWS_KEPT, SG_C(0.0), s->R_2);
     for (k = 0; k < SG_N_PROBLEMS; ++k) {
         s->states[k] = 0;
         s->choice[k] = SG_UNIQUE;
@@ -41,8 +44,11 @@ static void sg_reset_guess(SG(part) * s, int n_contacts) {
     s->h_guess = SG_C(0.0);
 #if SG_N_KEY > 0
     s->has_terms = 0;
-    sg_fill(SG_N_KEY, SG_C(0.0), s->key);
-    sg_fill(SG_N_TERMS, SG_C(0.0), s->terms);
+    sg_fill(SG_OWN_KEY, SG_C(0.0), s->key);
+    sg_fill(SG_OWN_TERMS, SG_C(0.0), s->terms);
+#endif
+#if SG_JOINS
+    s->island = -1;
 #endif
 }
 
@@ -59,8 +65,10 @@ static void sg_reset_parts(SG(state) * s) {
 #else
     sg_reset_guess(s, SG_N_CONTACTS);
 #endif
-}
+#if SG_JOINS
+    s->n_links = 0;
 #endif
+}
 
 int SG(set_state)(SG(state) * s, real t, const real q[], const real v[]) {
     if (s == NULL || q == NULL || v == NULL || !sg_finite(t) || !sg_all_finite(SG_N_Q, q) ||
