@@ -106,6 +106,17 @@ def _are_named_numbers(value: Any) -> bool:
     return isinstance(value, dict) and all(_is_number(x) or _are_numbers(x) for x in value.values())
 
 
+def _is_state(value: Any) -> bool:
+    """Whether it is what `fields_of` makes of a state: that of a model of parts holds theirs."""
+    return isinstance(value, dict) and all(
+        _is_number(x)
+        or _are_numbers(x)
+        or _is_state(x)
+        or (isinstance(x, list) and all(map(_is_state, x)))
+        for x in value.values()
+    )
+
+
 # What each field of a file holds.
 _CONTENT: dict[str, Callable[[Any], bool]] = {
     "model": _is_text,
@@ -113,7 +124,7 @@ _CONTENT: dict[str, Callable[[Any], bool]] = {
     "scheme": _is_text,
     "precision": _is_text,
     "stages": lambda value: type(value) is int and value > 0,
-    "state": _are_named_numbers,
+    "state": _is_state,
     "u": _are_numbers,
     "parameters": _are_named_numbers,
     "options": _are_options,
@@ -136,6 +147,26 @@ def fields_of(struct: Any) -> dict[str, Any]:
     return {name: plain(getattr(struct, name)) for name, *_ in struct._fields_}
 
 
+def _fill(struct: Any, values: dict[str, Any]) -> None:
+    """Give the fields of a C struct their values; the terms of a state are found anew."""
+    for name, _kind in struct._fields_:
+        value, there = values[name], getattr(struct, name)
+        if isinstance(there, ctypes.Structure):
+            _fill(there, value)
+        elif isinstance(there, ctypes.Array):
+            if len(value) != len(there):
+                raise ValueError(f"{name} has {len(value)} entries")
+            for k, x in enumerate(value):
+                if isinstance(x, dict):
+                    _fill(there[k], x)
+                else:
+                    there[k] = x
+        else:
+            setattr(struct, name, value)
+    if hasattr(struct, "has_terms"):
+        struct.has_terms = 0  # how they are chosen is the generator's affair
+
+
 def replay(stepper: Compiled, step: FailedStep) -> dict[str, Any]:
     """Take the step again; returns ``status``, ``q``, ``v``, ``t`` and the fields of ``p_info``.
 
@@ -154,13 +185,7 @@ def replay(stepper: Compiled, step: FailedStep) -> dict[str, Any]:
     lib = stepper.library
     state, work, info = (lib.structs[name]() for name in ("state", "work", "info"))
     try:
-        for name, kind in state._fields_:
-            value = step.state[name]
-            if isinstance(value, list) and len(value) != kind._length_:
-                raise ValueError(f"{name} has {len(value)} entries")
-            setattr(state, name, kind(*value) if isinstance(value, list) else value)
-        if hasattr(state, "has_terms"):
-            state.has_terms = 0  # found anew: how they are chosen is the generator's affair
+        _fill(state, step.state)
         u = lib.array(stepper.rows("u", step.u, 1, stepper.sizes["n_u"])[0])
         options = stepper.c_options(RunOptions.of({"max_halvings": 0, **step.options}))
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:

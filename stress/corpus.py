@@ -33,6 +33,7 @@ from signorini.models import (
     vibrating_table,
     woodpecker,
 )
+from signorini.stress.crowds import CROWDS
 from signorini.stress.laws import LAWS, LOCKED
 from signorini.stress.scene import Case, Scene
 
@@ -419,5 +420,6 @@ BEYOND = (
     Scene("chute", "prism falls into a chute", prism_in_chute.model, chute, 150, 2),
     Scene("chute_locked", "about self-locking", prism_in_chute.model, chute_locked, 60, 2),
     *LOCKED,
+    *CROWDS,
 )
 SCENES = {scene.name: scene for scene in (*CORPUS, *BEYOND)}

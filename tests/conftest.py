@@ -190,7 +190,15 @@ SLOWER = re.compile(
             r"test_notebooks.py::test_notebooks_run\[identification",
             r"test_view.py::test_a_page_in_space",
             r"test_located.py::test_the_command_line_locates_events",
-            r"test_parts.py::test_assorted_parts_are_checked\[False",
+            r"test_parts.py::test_assorted_parts_are_checked",
+            r"test_generated_code.py::test_no_warnings_in_located_steps\[model-double",
+            r"test_generated_code.py::test_sanitizers\[(slider|bouncing|slope|.*only_c|.*tabul)",
+            r"test_compliance.py::test_compliance_is_checked\[yielding-stages0-options0",
+            r"test_c_units.py::test_located_steps_of_any_model\[(rheonomic|anisotropic)",
+            r"test_check.py::test_a_flipped_sign_fails\[<lambda>",
+            r"test_targets.py::test_same_trajectory\[slider_crank.*(wasm|M4F)",
+            r"test_targets.py::test_float_is_single_throughout\[slope",
+            r"test_bicycle.py::test_eigenvalues_of_the_benchmark_bicycle\[0.0",
         )
     )
 )

@@ -353,7 +353,7 @@ def structs(
         Struct("consistency", "Constraints and gaps at the start.", consistency),
         *scratch,
         *(_forward(scheme, n, points) if scheme.forward else ()),
-        *(_element(kinds, most, points) if n.n_couplings else ()),
+        *((*_element(kinds, most, points), _large(most, island)) if n.n_couplings else ()),
         Struct(
             "work",
             "Scratch of one step; nothing survives in it.",
@@ -532,6 +532,28 @@ def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]
         Field("degree", "int", (island.n_border,), "how many there are in each"),
         Field("position", "int", (island.n_problems, island.n_border), "where unknowns stand in K"),
         Field("table", "int", (island.n_table,), "patterns of its matrices"),
+        Field("large", "large", (), "percussions of a large island, row by row"),
+    )
+
+
+def _large(most: Sizes, island: Sizes) -> Struct:
+    """What the direction of a large island needs besides."""
+    n = island.n_rows
+    return Struct(
+        "large",
+        "Percussions of a large island (sg_large.c): each is eliminated by itself.",
+        (
+            Field("drawn", "int", (), "whether K has room for what they leave"),
+            Field("give", "real", (), "how soft contacts are, relative to what they move"),
+            Field("inverse", "real", (n * island.n_slip,), "how they answer to the rows phi"),
+            Field("weight", "real", (n * (island.n_slip + 1),), "and to kinematic rows"),
+            Field("share", "real", (n,), "how friction answers to what presses it"),
+            Field("base", "real", (n,), "their change while the bodies stay"),
+            Field("before", "real", (n,), "their change in the pass before"),
+            Field("dy", "real", (n,), "change of the kinematic rows"),
+            Field("block", "real", (most.n_x * most.n_x,), "stiffness of the rows of one element"),
+            Field("stiff", "real", (island.n_K,), "K with the stiffness of all"),
+        ),
     )
 
 

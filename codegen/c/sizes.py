@@ -8,6 +8,7 @@ from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import Scheme
 
 MAX_EVENTS = 64  # of one step that is cut at its events
+MAX_ACTING = 320  # percussions in a dense system of an island; those of more go row by row
 MAX_JOINED = 64  # couplings that may act in one step, for each part four if that is more
 
 
@@ -27,6 +28,7 @@ class Sizes:
     n_R: int
     n_x: int
     n_rows: int
+    n_acting: int
     n_x_total: int
     n_rows_total: int
     n_problems: int
@@ -91,6 +93,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_R=n_R,
         n_x=n_x,
         n_rows=n_rows,
+        n_acting=n_rows,
         n_x_total=sum(p.n_x for p in scheme.problems),
         n_rows_total=sum(p.n_slots for p in scheme.problems) * n_R,
         n_problems=len(scheme.problems),
@@ -214,6 +217,7 @@ def of_island(
         n_R=n_R,
         n_x=max(blocks) * n_q,
         n_rows=n_rows,
+        n_acting=max(most.n_rows, min(n_rows, MAX_ACTING)),
         n_x_total=sum(blocks) * n_q,
         n_rows_total=sum(slots) * n_R,
         n_radii_total=sum(slots) * total["n_bounds"],

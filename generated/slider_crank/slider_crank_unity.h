@@ -45,6 +45,10 @@
 #undef SG_FORCE_SAMPLES
 #undef SG_GIVE
 #undef SG_GRID_MOST
+#undef SG_HARD
+#undef SG_HARDENED
+#undef SG_HARDER
+#undef SG_HEAVY
 #undef SG_HELD
 #undef SG_HOLDING
 #undef SG_HUGE
@@ -53,6 +57,7 @@
 #undef SG_K
 #undef SG_KEPT
 #undef SG_LANDING
+#undef SG_LARGE
 #undef SG_LAST_TURNS
 #undef SG_LEAST_SHARE
 #undef SG_LOCATED
@@ -63,6 +68,7 @@
 #undef SG_MOST_Q
 #undef SG_MOST_STATES
 #undef SG_NAN
+#undef SG_NEAR_ENOUGH
 #undef SG_N_AXES
 #undef SG_N_CHAIN
 #undef SG_N_COMPLIANCE
@@ -93,6 +99,7 @@
 #undef SG_PARTS
 #undef SG_PART_AGAIN
 #undef SG_PART_WHOLE
+#undef SG_PASSES
 #undef SG_PLAIN
 #undef SG_POW
 #undef SG_POWER_CHANGE
@@ -151,6 +158,8 @@
 #define SG_FOLLOW_CENTRAL slider_crank_own_SG_FOLLOW_CENTRAL
 #undef SG_FOLLOW_ON
 #define SG_FOLLOW_ON slider_crank_own_SG_FOLLOW_ON
+#undef SG_HARDEN
+#define SG_HARDEN slider_crank_own_SG_HARDEN
 #undef SG_HOLD
 #define SG_HOLD slider_crank_own_SG_HOLD
 #undef SG_LAST_RESORT
@@ -217,6 +226,8 @@
 #define sg_are_options slider_crank_own_sg_are_options
 #undef sg_arrive
 #define sg_arrive slider_crank_own_sg_arrive
+#undef sg_arrives
+#define sg_arrives slider_crank_own_sg_arrives
 #undef sg_attempt
 #define sg_attempt slider_crank_own_sg_attempt
 #undef sg_back
@@ -421,8 +432,12 @@
 #define sg_give_back slider_crank_own_sg_give_back
 #undef sg_give_stages
 #define sg_give_stages slider_crank_own_sg_give_stages
+#undef sg_give_way
+#define sg_give_way slider_crank_own_sg_give_way
 #undef sg_goes_round
 #define sg_goes_round slider_crank_own_sg_goes_round
+#undef sg_harden
+#define sg_harden slider_crank_own_sg_harden
 #undef sg_has_mobility
 #define sg_has_mobility slider_crank_own_sg_has_mobility
 #undef sg_has_stages
@@ -457,8 +472,12 @@
 #define sg_is_free slider_crank_own_sg_is_free
 #undef sg_is_gap
 #define sg_is_gap slider_crank_own_sg_is_gap
+#undef sg_is_heavy
+#define sg_is_heavy slider_crank_own_sg_is_heavy
 #undef sg_is_impact
 #define sg_is_impact slider_crank_own_sg_is_impact
+#undef sg_is_large
+#define sg_is_large slider_crank_own_sg_is_large
 #undef sg_is_place
 #define sg_is_place slider_crank_own_sg_is_place
 #undef sg_is_positive
@@ -495,10 +514,16 @@
 #define sg_kinematic_residual slider_crank_own_sg_kinematic_residual
 #undef sg_land
 #define sg_land slider_crank_own_sg_land
+#undef sg_large_direction
+#define sg_large_direction slider_crank_own_sg_large_direction
+#undef sg_large_least
+#define sg_large_least slider_crank_own_sg_large_least
 #undef sg_least_in_cones
 #define sg_least_in_cones slider_crank_own_sg_least_in_cones
 #undef sg_least_norm
 #define sg_least_norm slider_crank_own_sg_least_norm
+#undef sg_least_of_many
+#define sg_least_of_many slider_crank_own_sg_least_of_many
 #undef sg_leave
 #define sg_leave slider_crank_own_sg_leave
 #undef sg_leave_out

@@ -179,6 +179,44 @@ static int sg_count_of(int words, const int *set) {
     return count;
 }
 
+/* What a percussion follows: its own kinematic row or those of its contact's slip, and the row that
+   presses it. */
+enum { SG_TERMS = SG_N_SLIP + 1 };
+
+/* Row `term` that row i of a kind, of the rows of all its slots, depends on; -1: none. */
+static int sg_term_of(const sg_kind *kind, int i, int term) {
+    const int c = i % kind->n_R - (kind->n_R - kind->n_F);
+    const int base = i - i % kind->n_R;
+    const sg_contact *contact;
+    if (c < 0) {
+        return term == 0 ? i : -1;
+    }
+    contact = &kind->contacts[kind->slips[c].contact];
+    if (term < SG_N_SLIP) {
+        return term < contact->components ? i - kind->slips[c].component + term : -1;
+    }
+    return contact->pressing < 0 ? -1 : base + kind->n_g + kind->n_gamma + contact->pressing;
+}
+
+/* Unknowns that stand in each other's equations once the percussions of member m are eliminated. */
+static void sg_draw_rows(SG(work) * w, int m, const sg_problem *own, int words) {
+    const sg_kind *kind = sg_member_kind(w, m);
+    int a, i, k, term;
+    for (a = 0; a < own->n_slots * kind->n_R; ++a) {
+        for (term = 0; term < SG_TERMS; ++term) {
+            const int other = sg_term_of(kind, a, term);
+            for (i = own->B.start[a]; other >= 0 && i < own->B.start[a + 1]; ++i) {
+                const int u = w->spot[own->B.index[i]];
+                for (k = own->C.start[other]; k < own->C.start[other + 1]; ++k) {
+                    const int v = w->spot[own->C.index[k]];
+                    sg_insert(&w->graph[u * words], v);
+                    sg_insert(&w->graph[v * words], u);
+                }
+            }
+        }
+    }
+}
+
 /* Which unknowns of a problem stand in each other's equations, by the patterns of the elements. */
 static void sg_draw_graph(SG(work) * w, int problem, int n) {
     const int words = sg_words(n);
@@ -195,6 +233,9 @@ static void sg_draw_graph(SG(work) * w, int problem, int n) {
             for (k = own->K.start[i]; k < own->K.start[i + 1]; ++k) {
                 sg_insert(&w->graph[w->spot[i] * words], w->spot[own->K.index[k]]);
             }
+        }
+        if (w->large.drawn) {
+            sg_draw_rows(w, m, own, words);
         }
     }
     for (i = 0; i < n; ++i) {
@@ -445,11 +486,32 @@ static void sg_tell_tables(const SG(work) * w, const sg_problem *pr, int tables[
     }
 }
 
+/* 1 if an island may have so many percussions that they are eliminated row by row (sg_large.c): no
+   joint presses friction, no radius of friction depends on the motion. */
+static int sg_may_be_large(const SG(work) * w, const sg_island *to) {
+    int most = 0;
+    int m, p;
+    for (p = 0; p < SG_N_PROBLEMS; ++p) {
+        const int count = to->problems[p].n_slots * to->kind.n_R;
+        most = count > most ? count : most;
+        for (m = 0; m < w->n_members; ++m) {
+            const sg_kind *kind = sg_member_kind(w, m);
+            const sg_problem *own = &kind->problems[p];
+            if (own->C_radius.start[own->n_slots * kind->n_bounds] > 0) {
+                return 0;
+            }
+        }
+    }
+    return most > SG_LARGE && to->kind.n_loads == 0;
+}
+
 /* The island of w->members. */
 static void sg_put_together(SG(work) * w, sg_island *to) {
     int m, p;
     to->used = 0;
     w->kind = sg_parts[w->members[0]].kind;
+    w->large.drawn = 0;
+    w->large.give = SG_C(0.0);
     sg_lay_out(w, &to->kind);
     if (w->n_members == 1) {
         w->island = &sg_kinds[w->kind];
@@ -465,6 +527,7 @@ static void sg_put_together(SG(work) * w, sg_island *to) {
     }
     sg_add_masses(w, to);
     sg_add_problems(w, to);
+    w->large.drawn = sg_may_be_large(w, to);
     for (p = 0; p < SG_N_PROBLEMS; ++p) {
         sg_add_smooth(w, to, p);
         sg_add_rows(w, to, p, 0);

@@ -1,5 +1,6 @@
 #pragma once
 #include "sg_island_state.c"
+#include "sg_large.c"
 #include "sg_simulate.c"
 
 /* Steps of a model in which contacts join parts: islands are made of the parts between which

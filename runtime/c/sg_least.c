@@ -124,6 +124,23 @@ static void sg_least_in_cones(SG(work) * w, const sg_problem *pr, int n, int ran
     }
 }
 
+/* Take the direction. Returns 1 if it leads to a solution of the problem in the contact state
+   `state`. */
+static int sg_arrives(SG(work) * w, const SG(params) * par, const SG(options) * opt, int problem,
+                      unsigned long state, int *iterations, real *measure) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    sg_advance(w, problem);
+    sg_evaluate(w, par, opt, problem);
+    *measure = sg_residual(w, opt, problem);
+    if (*measure > SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state) {
+        /* the problem is not linear: the same contact states, solved */
+        sg_settle(w, par, opt, problem, SG_HELD, iterations);
+        sg_evaluate(w, par, opt, problem);
+        *measure = sg_residual(w, opt, problem);
+    }
+    return *measure <= SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state;
+}
+
 /* Move to the percussions in work.system.solution and the velocities that belong to them. Returns 1
    if they solve the problem in the contact state `state`. */
 static int sg_take_solution(SG(work) * w, const SG(params) * par, const SG(options) * opt,
@@ -142,17 +159,30 @@ static int sg_take_solution(SG(work) * w, const SG(params) * par, const SG(optio
             w->smooth.dx[i] -= w->system.Z[a * pr->n_border + i] * change;
         }
     }
-    sg_advance(w, problem);
+    return sg_arrives(w, par, opt, problem, state, iterations, measure);
+}
+
+#if SG_JOINS
+/* The same as below where many percussions act, the cones left aside. */
+static int sg_least_of_many(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                            int problem, unsigned long state, int *iterations, real *measure) {
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
+    if (!sg_large_least(w, problem)) {
+        return SG_UNIQUE;
+    }
+    sg_copy(pr->n_x, &w->x[pr->x], w->newton.x_old);
+    sg_copy(n_rows, &w->R[pr->R], w->newton.R_old);
+    if (sg_arrives(w, par, opt, problem, state, iterations, measure)) {
+        return SG_LEAST_NORM;
+    }
+    sg_copy(pr->n_x, w->newton.x_old, &w->x[pr->x]);
+    sg_copy(n_rows, w->newton.R_old, &w->R[pr->R]);
     sg_evaluate(w, par, opt, problem);
     *measure = sg_residual(w, opt, problem);
-    if (*measure > SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state) {
-        /* the problem is not linear: the same contact states, solved */
-        sg_settle(w, par, opt, problem, SG_HELD, iterations);
-        sg_evaluate(w, par, opt, problem);
-        *measure = sg_residual(w, opt, problem);
-    }
-    return *measure <= SG_C(1.0) && sg_fingerprint(w, pr->n_slots * sg_n_R(w)) == state;
+    return SG_AS_FOUND;
 }
+#endif
 
 /* Where dependent rows leave the percussions open, move to those of least scaled norm; kept only if
    they still solve the problem in the same contact state. */
@@ -170,6 +200,11 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     }
     state = sg_fingerprint(w, n_rows);
     SG(derivatives)(w, par, problem);
+#if SG_JOINS
+    if (sg_is_large(w, pr)) {
+        return sg_least_of_many(w, par, opt, problem, state, iterations, measure);
+    }
+#endif
     n = sg_reduce(w, problem, 0);
     if (n <= 0) {
         return SG_UNIQUE;

@@ -6,13 +6,16 @@
 
 /* Linearise at the current point: w->smooth.dx, w->system.Z, the responses w->system.S[b * n + a] =
    dy_a/dlambda_b and w->linear.y_0, the kinematic rows without any percussion. Returns 0 if the
-   smooth block is singular. */
+   smooth block is singular, or if there is no room. */
 static int sg_linearise(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                         int problem) {
     const sg_problem *pr = sg_problem_at(w, problem);
     const int n = pr->n_slots * sg_n_R(w);
     const real *R = &w->R[pr->R];
     int a, b;
+    if (!sg_have_room(n)) {
+        return 0;
+    }
     sg_evaluate(w, par, opt, problem);
     SG(derivatives)(w, par, problem);
     if (!sg_factor_smooth(w, problem, 0)) {
@@ -44,7 +47,9 @@ static void sg_linear_rows(const SG(work) * w, int n, const real *R, real *y) {
     int a, b;
     for (a = 0; a < n; ++a) {
         y[a] += sg_softness(w, n, a) * R[a];
-        for (b = 0; b < n; ++b) {
+    }
+    for (b = 0; b < n; ++b) {
+        for (a = 0; a < n && R[b] != SG_C(0.0); ++a) {
             y[a] += w->system.S[b * n + a] * R[b];
         }
     }

@@ -5,6 +5,14 @@
 /* Semismooth Newton method for one nonlinear problem of the scheme: smooth rows r(x, R) = 0 (R
    enters linearly), bilateral rows y(x) = 0, contact rows as prox equations (64). */
 
+#if SG_JOINS
+/* Directions where many percussions act (sg_large.c). */
+static int sg_is_large(const SG(work) * w, const sg_problem *pr);
+static int sg_large_direction(SG(work) * w, int problem);
+static int sg_large_least(SG(work) * w, int problem);
+static void sg_give_way(SG(work) * w, const sg_problem *pr);
+#endif
+
 /* Residual of a percussion row: of its kinematics, in units of percussion, while it is free. */
 static inline real sg_row_residual(const SG(work) * w, int i) {
     return w->rows.kind[i] == SG_ROW_FREE ? w->scales.r_auto[i] * SG_FABS(w->y[i])
@@ -73,8 +81,13 @@ static real sg_merit(const SG(work) * w, int problem, real *stall) {
    it), a small compliance lets their percussions grow until one of them gives way. */
 static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int problem, int soft) {
     const sg_problem *pr = sg_problem_at(w, problem);
-    int n = sg_reduce(w, problem, w->system.deficiency == 0);
-    int rank, a;
+    int n, rank, a;
+#if SG_JOINS
+    if (sg_is_large(w, pr) && sg_large_direction(w, problem)) {
+        return 0;
+    }
+#endif
+    n = sg_reduce(w, problem, w->system.deficiency == 0);
     w->system.left = n;
     w->system.rank = -1;
     if (n <= 0 && (n < 0 || w->smooth.bordered)) {
@@ -114,6 +127,9 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
 /* Rows of a problem at the unknowns; in an expansion with the percussions that are given. */
 static inline void sg_rows_at(SG(work) * w, const SG(params) * par, int problem) {
     SG(values)(w, par, problem);
+#if SG_JOINS
+    sg_give_way(w, sg_problem_at(w, problem));
+#endif
 #if SG_N_EXPANDED > 0
     if (w->expansion.expands) {
         int i;

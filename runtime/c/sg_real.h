@@ -89,6 +89,18 @@ typedef SG(real) real;
 #define SG_POWER_ROUNDS 200
 #define SG_POWER_CHANGE SG_C(0.0001220703125)
 
+/* Percussions of an island that are more than these are eliminated row by row, in so many passes,
+   until rows are solved to this share of their tolerance. */
+#define SG_LARGE 48
+#define SG_PASSES 16
+#define SG_NEAR_ENOUGH SG_C(0.25)
+/* There: Newton iterations of a plain attempt; soft contacts: by how much they yield less from one
+   iteration to the next, the least that they yield, and iterations behind that. */
+#define SG_HEAVY 16
+#define SG_HARDER SG_C(0.015625)
+#define SG_HARD SG_C(1e-6)
+#define SG_HARDENED 12
+
 /* Sweeps of alternating projections that seek percussions of least norm in their cones. */
 #define SG_SWEEPS 200
 

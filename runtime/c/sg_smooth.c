@@ -6,6 +6,16 @@
    independent. Vectors stand in elimination order: n_x velocities, then n_border - n_x percussions,
    which are zero where only the velocities are eliminated. */
 
+/* 1 where K has so many rows that they are exchanged only if they must be. */
+static inline int sg_is_heavy(const SG(work) * w) {
+#if SG_JOINS
+    return w->large.drawn;
+#else
+    (void)w;
+    return 0;
+#endif
+}
+
 /* Factorise K, with `border` up to its bilateral rows if these are independent
    (w->smooth.bordered). Rows are exchanged where pivots on the diagonal are too small or `pivoting`
    says so. Returns 0 if the block of the velocities is singular or not finite. */
@@ -17,7 +27,7 @@ static int sg_factor_smooth(SG(work) * w, int problem, int border) {
         w->smooth.pivot_scale[k] = w->masses.inertia[pr->K.order[k] % sg_n_q(w)];
     }
     w->smooth.bordered = 0;
-    w->smooth.exchanged = w->smooth.pivoting || !SG(eliminate)(w, problem, 0);
+    w->smooth.exchanged = (w->smooth.pivoting && !sg_is_heavy(w)) || !SG(eliminate)(w, problem, 0);
     if (w->smooth.exchanged) {
         for (k = 0; k < n_x; ++k) {
             w->smooth.pivot_scale[k] =

@@ -178,10 +178,17 @@ static int sg_seek(SG(work) * w, const SG(params) * par, const SG(options) * opt
 }
 #endif
 
+#if SG_JOINS
+/* Soft contacts in a large island (sg_large.c). */
+static int sg_harden(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+                     SG(report) * info, int problem, int end, real *measure);
+#endif
+
 enum {
     SG_HOLD,
     SG_WARM_START,
     SG_COLD_START,
+    SG_HARDEN,
     SG_FOLLOW,
     SG_FOLLOW_ON,
     SG_FOLLOW_CENTRAL,
@@ -196,7 +203,9 @@ enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
    few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
-    const int searched = sg_is_searched(w, sg_problem_at(w, problem));
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int searched = sg_is_searched(w, pr);
+    const int fits = sg_have_room(pr->n_slots * sg_n_R(w)); /* paths need all rows */
     const int ahead = effort == SG_AGAIN && problem + 1 == w->found.stuck &&
                       sg_problem_at(w, w->found.stuck)->follows;
     switch (attempt) {
@@ -206,10 +215,16 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
             return searched && effort != SG_SUBSTEP;
         case SG_WARM_START:
             return warm && !stuck;
+        case SG_COLD_START:
+            return !stuck && !(warm && sg_is_heavy(w));
+        case SG_HARDEN:
+            return sg_is_heavy(w) && !stuck;
+        case SG_FOLLOW:
+            return fits && !stuck;
         case SG_FOLLOW_ON:
-            return !sg_is_spatial(w) && effort != SG_SUBSTEP && !stuck && !searched;
+            return fits && !sg_is_spatial(w) && effort != SG_SUBSTEP && !stuck && !searched;
         case SG_FOLLOW_CENTRAL:
-            return sg_is_spatial(w) && !stuck;
+            return fits && sg_is_spatial(w) && !stuck;
         default:
             return !stuck;
     }
@@ -233,6 +248,10 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
             ++info->iterations;
             sg_hold(w, par, opt, problem);
             return sg_land(w, par, opt, info, problem, SG_HOLDING, end, measure);
+#if SG_JOINS
+        case SG_HARDEN:
+            return sg_harden(w, par, opt, info, problem, end, measure);
+#endif
         case SG_FOLLOW:
             return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : sg_turns(w),
                              end, measure);
@@ -249,7 +268,8 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
                                      end, measure);
 #endif
         default:
-            return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_PLAIN), 0,
+            return sg_newton(w, par, opt, problem,
+                             sg_budget(info, end, sg_is_heavy(w) ? SG_HEAVY : SG_PLAIN), 0,
                              &info->iterations, measure);
     }
 }
@@ -259,8 +279,8 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
 static int sg_solve(SG(work) * w, const SG(part) * s, const SG(params) * par,
                     const SG(options) * opt, SG(report) * info, int problem, int warm, int effort,
                     int end) {
-    static const int rescue[SG_ATTEMPTS] = {SG_PATH,         0,      SG_COLD, SG_PATH, SG_PATH,
-                                            SG_CENTRAL_PATH, SG_PATH};
+    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0,       SG_COLD,         SG_CENTRAL_PATH,
+                                            SG_PATH, SG_PATH, SG_CENTRAL_PATH, SG_PATH};
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;

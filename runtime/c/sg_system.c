@@ -140,10 +140,30 @@ static inline void sg_leave(SG(work) * w, const sg_problem *pr, int k, real know
     }
 }
 
+/* 1 if so many percussions have room in a dense system. */
+static inline int sg_have_room(int n) {
+#if SG_JOINS
+    return n <= SG_N_ACTING;
+#else
+    (void)n;
+    return 1;
+#endif
+}
+
+/* Percussions of a problem that are not zero. */
+static int sg_acting(const SG(work) * w, const sg_problem *pr) {
+    int count = 0;
+    int a;
+    for (a = 0; a < pr->n_slots * sg_n_R(w); ++a) {
+        count += w->rows.kind[a] != SG_ROW_ZERO;
+    }
+    return count;
+}
+
 /* Eliminate the velocities and reduce to the percussions that are not zero. With `condensed` the
    bilateral percussions, if their rows are independent, and friction that follows a normal
    percussion are eliminated, too. Returns the number of percussions left, or -1 if the smooth block
-   is singular. */
+   is singular, or if there is no room for them. */
 static int sg_reduce(SG(work) * w, int problem, int condensed) {
     const sg_problem *pr = sg_problem_at(w, problem);
     const real *R = &w->R[pr->R];
@@ -151,7 +171,7 @@ static int sg_reduce(SG(work) * w, int problem, int condensed) {
     int slot, c, d, k;
     /* friction sees the percussions that press it */
     condensed = condensed && sg_kind_of(w)->n_loads == 0;
-    if (!sg_factor_smooth(w, problem, condensed)) {
+    if (!sg_have_room(sg_acting(w, pr)) || !sg_factor_smooth(w, problem, condensed)) {
         return -1;
     }
     w->system.condensed = condensed;

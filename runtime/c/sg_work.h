@@ -2,7 +2,8 @@
 #include "sg_contract.h"
 
 /* Scratch of one step that only the runtime uses, grouped by the file that fills it. A slot is one
-   group of SG_N_R percussion rows; SG_N_ROWS are the rows of all slots of the largest problem. */
+   group of SG_N_R percussion rows; SG_N_ROWS are the rows of all slots of the largest problem, of
+   which SG_N_ACTING have room in a dense system. */
 
 /* sg_mass.c: inertia of coordinates and directions at the start of the step. */
 typedef struct {
@@ -65,18 +66,18 @@ typedef struct {
     int follower[SG_N_ROWS]; /* friction row eliminated with this one, or -1 */
     int reduced[SG_N_ROWS];  /* rows of the system */
     int perm[SG_N_ROWS];     /* order of its rows or columns in the factors */
-    real Z[SG_N_ROWS * SG_N_BORDER]; /* K^-1 B by columns: how the velocities answer */
-    real S[SG_N_ROWS * SG_N_ROWS];   /* how the rows answer, by columns */
-    real LU[SG_N_ROWS * SG_N_ROWS];  /* factors of a square matrix of percussions */
-    real weight[SG_N_ROWS];          /* of its rows in the choice of pivots */
-    real rhs[SG_N_ROWS];             /* right-hand side */
-    real solution[SG_N_ROWS];        /* changes of the percussions over root_scale */
-    real root_scale[SG_N_ROWS];      /* scales of the percussions, roots of masses */
-    real inverse_scale[SG_N_ROWS];   /* their inverses */
-    real dy[SG_N_ROWS];              /* changes of kinematic rows along one column */
-    real scratch[SG_N_ROWS];         /* of the orthogonal factorisation */
-    real tau[SG_N_ROWS];             /* scalars of its reflections from the left */
-    real tau_z[SG_N_ROWS];           /* and from the right */
+    real Z[SG_N_ACTING * SG_N_BORDER];  /* K^-1 B by columns: how the velocities answer */
+    real S[SG_N_ACTING * SG_N_ACTING];  /* how the rows answer, by columns */
+    real LU[SG_N_ACTING * SG_N_ACTING]; /* factors of a square matrix of percussions */
+    real weight[SG_N_ROWS];             /* of its rows in the choice of pivots */
+    real rhs[SG_N_ROWS];                /* right-hand side */
+    real solution[SG_N_ROWS];           /* changes of the percussions over root_scale */
+    real root_scale[SG_N_ROWS];         /* scales of the percussions, roots of masses */
+    real inverse_scale[SG_N_ROWS];      /* their inverses */
+    real dy[SG_N_ROWS];                 /* changes of kinematic rows along one column */
+    real scratch[SG_N_ROWS];            /* of the orthogonal factorisation */
+    real tau[SG_N_ROWS];                /* scalars of its reflections from the left */
+    real tau_z[SG_N_ROWS];              /* and from the right */
 } SG(system);
 
 /* sg_newton.c: the iteration. */
