@@ -24,7 +24,8 @@ FILES = sorted(path.name for path in C.iterdir())
 SOURCES = [name for name in FILES if name.endswith(".c")]
 # Those of models in which contacts join parts.
 JOINED_SOURCES = (
-    *("sg_island.c", "sg_island_state.c", "sg_assemble.c", "sg_assemble_segment.c", "sg_join.c"),
+    *("sg_member.c", "sg_graph.c", "sg_island.c", "sg_island_state.c", "sg_assemble.c"),
+    *("sg_assemble_segment.c", "sg_large.c", "sg_join.c"),
 )
 
 

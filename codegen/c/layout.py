@@ -544,6 +544,7 @@ def _large(most: Sizes, island: Sizes) -> Struct:
         "Percussions of a large island (sg_large.c): each is eliminated by itself.",
         (
             Field("drawn", "int", (), "whether K has room for what they leave"),
+            Field("near", "int", (island.n_border,), "unknowns beside one of the graph"),
             Field("give", "real", (), "how soft contacts are, relative to what they move"),
             Field("inverse", "real", (n * island.n_slip,), "how they answer to the rows phi"),
             Field("weight", "real", (n * (island.n_slip + 1),), "and to kinematic rows"),

@@ -94,6 +94,8 @@ typedef SG(real) real;
 #define SG_LARGE 48
 #define SG_PASSES 16
 #define SG_NEAR_ENOUGH SG_C(0.25)
+/* Elements of up to so many unknowns are dense in the factors of such an island. */
+#define SG_DRAWN_WHOLE 24
 /* There: Newton iterations of a plain attempt; soft contacts: by how much they yield less from one
    iteration to the next, the least that they yield, and iterations behind that. */
 #define SG_HEAVY 16
