@@ -19,7 +19,13 @@ from signorini.codegen.c.footprint import (
     struct_sizes,
 )
 from signorini.codegen.c.functions import CFunction
-from signorini.codegen.c.layout import CONTACT_STATES, EVENT_KINDS, MAX_ITERATIONS, Struct
+from signorini.codegen.c.layout import (
+    CONTACT_STATES,
+    EVENT_KINDS,
+    ITERATIONS_OF_PART,
+    MAX_ITERATIONS,
+    Struct,
+)
 from signorini.codegen.c.printer import Precision
 from signorini.codegen.c.share import SharedFunction
 from signorini.codegen.c.sizes import MAX_EVENTS, Sizes, largest
@@ -431,8 +437,9 @@ class EmitSpec:
 
     @property
     def max_iterations(self) -> int:
-        """Default of options.max_iterations."""
-        return MAX_ITERATIONS
+        """Default of options.max_iterations: more where many bodies may be one island."""
+        joined = ITERATIONS_OF_PART * self.sizes.n_parts if self.joins else 0
+        return max(MAX_ITERATIONS, joined)
 
     @property
     def footprint(self) -> Footprint:
@@ -482,7 +489,7 @@ class EmitSpec:
             step=step,
             located=located_bound(
                 step,
-                MAX_ITERATIONS,
+                self.max_iterations,
                 iteration,
                 start,
                 look,
@@ -521,7 +528,7 @@ class EmitSpec:
         return {
             "start": start,
             "iteration": iteration,
-            "step": start + (MAX_ITERATIONS + len(kind.problems)) * iteration,
+            "step": start + (self.max_iterations + len(kind.problems)) * iteration,
             # positions and velocities on the dense output, then what the model says there
             "look": 8 * (self.stages + 2) * n.n_q + count(kind.watch),
             "values": sum(count(p.values) for p in kind.problems),

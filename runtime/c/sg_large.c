@@ -320,14 +320,14 @@ static int sg_large_least(SG(work) * w, int problem) {
     return apart > SG_C(1.0);
 }
 
-/* Newton's method with soft contacts, which become harder and harder: the states of many contacts
-   are found one after the other. Then from there. */
+/* Newton's method with soft contacts, searching along its directions; they become harder and
+   harder, so that the states of many contacts are found one after the other. Then from there. */
 static int sg_harden(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                      SG(report) * info, int problem, int end, real *measure) {
     real give;
     for (give = SG_C(1.0); give > SG_HARD && info->iterations < end; give *= SG_HARDER) {
         w->large.give = give;
-        sg_newton(w, par, opt, problem, sg_budget(info, end, SG_HELD), 0, &info->iterations,
+        sg_newton(w, par, opt, problem, sg_budget(info, end, SG_SOFT), 1, &info->iterations,
                   measure);
     }
     w->large.give = SG_C(0.0);

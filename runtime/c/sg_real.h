@@ -97,10 +97,11 @@ typedef SG(real) real;
 /* Elements of up to so many unknowns are dense in the factors of such an island. */
 #define SG_DRAWN_WHOLE 24
 /* There: Newton iterations of a plain attempt; soft contacts: by how much they yield less from one
-   iteration to the next, the least that they yield, and iterations behind that. */
+   problem to the next, the least that they yield, iterations in each and behind the last. */
 #define SG_HEAVY 16
-#define SG_HARDER SG_C(0.015625)
+#define SG_HARDER SG_C(0.125)
 #define SG_HARD SG_C(1e-6)
+#define SG_SOFT 12
 #define SG_HARDENED 12
 
 /* Sweeps of alternating projections that seek percussions of least norm in their cones. */
