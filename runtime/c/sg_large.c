@@ -331,6 +331,5 @@ static int sg_harden(SG(work) * w, const SG(params) * par, const SG(options) * o
                   measure);
     }
     w->large.give = SG_C(0.0);
-    return sg_newton(w, par, opt, problem, sg_budget(info, end, SG_HARDENED), 0, &info->iterations,
-                     measure);
+    return sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
 }

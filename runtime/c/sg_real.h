@@ -100,7 +100,7 @@ typedef SG(real) real;
    problem to the next, the least that they yield, iterations in each and behind the last. */
 #define SG_HEAVY 16
 #define SG_HARDER SG_C(0.125)
-#define SG_HARD SG_C(1e-6)
+#define SG_HARD (SG_C(0.0625) * SG_SOFTNESS)
 #define SG_SOFT 12
 #define SG_HARDENED 12
 
