@@ -553,6 +553,8 @@ def _large(most: Sizes, island: Sizes) -> Struct:
             Field("base", "real", (n,), "their change while the bodies stay"),
             Field("before", "real", (n,), "their change in the pass before"),
             Field("dy", "real", (n,), "change of the kinematic rows"),
+            Field("x_soft", "real", (island.n_x,), "solution with soft contacts"),
+            Field("R_soft", "real", (n,), "and its percussions"),
             Field("block", "real", (most.n_x * most.n_x,), "stiffness of the rows of one element"),
             Field("stiff", "real", (island.n_K,), "K with the stiffness of all"),
         ),

@@ -321,14 +321,29 @@ static int sg_large_least(SG(work) * w, int problem) {
 }
 
 /* Newton's method with soft contacts, searching along its directions; they become harder and
-   harder, so that the states of many contacts are found one after the other. Then from there. */
+   harder, so that the states of many contacts are found one after the other: less at a time where
+   it does not arrive. Then from there. */
 static int sg_harden(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                      SG(report) * info, int problem, int end, real *measure) {
-    real give;
-    for (give = SG_C(1.0); give > SG_HARD && info->iterations < end; give *= SG_HARDER) {
-        w->large.give = give;
-        sg_newton(w, par, opt, problem, sg_budget(info, end, SG_SOFT), 1, &info->iterations,
-                  measure);
+    const sg_problem *pr = sg_problem_at(w, problem);
+    const int n_rows = pr->n_slots * sg_n_R(w);
+    real share = SG_HARDER;
+    real soft = SG_C(1.0) / SG_HARDER; /* nothing has been found yet */
+    while (soft > SG_HARD && share < SG_HARDER_AT_LEAST && info->iterations < end) {
+        w->large.give = soft * share;
+        if (sg_newton(w, par, opt, problem, sg_budget(info, end, SG_SOFT), 1, &info->iterations,
+                      measure) == SG_K(OK)) {
+            soft = w->large.give;
+            share = sg_max(SG_HARDER, share * share);
+            sg_copy(pr->n_x, &w->x[pr->x], w->large.x_soft);
+            sg_copy(n_rows, &w->R[pr->R], w->large.R_soft);
+        } else if (soft > SG_C(1.0)) {
+            break;
+        } else {
+            share = SG_SQRT(share);
+            sg_copy(pr->n_x, w->large.x_soft, &w->x[pr->x]);
+            sg_copy(n_rows, w->large.R_soft, &w->R[pr->R]);
+        }
     }
     w->large.give = SG_C(0.0);
     return sg_land(w, par, opt, info, problem, SG_HELD, end, measure);

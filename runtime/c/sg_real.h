@@ -97,12 +97,12 @@ typedef SG(real) real;
 /* Elements of up to so many unknowns are dense in the factors of such an island. */
 #define SG_DRAWN_WHOLE 24
 /* There: Newton iterations of a plain attempt; soft contacts: by how much they yield less from one
-   problem to the next, the least that they yield, iterations in each and behind the last. */
+   problem to the next, and at least; the least that they yield, iterations in each. */
 #define SG_HEAVY 16
 #define SG_HARDER SG_C(0.125)
 #define SG_HARD (SG_C(0.0625) * SG_SOFTNESS)
+#define SG_HARDER_AT_LEAST SG_C(0.8)
 #define SG_SOFT 12
-#define SG_HARDENED 12
 
 /* Sweeps of alternating projections that seek percussions of least norm in their cones. */
 #define SG_SWEEPS 200
