@@ -32,7 +32,7 @@ CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
 EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
-ITERATIONS_OF_PART = 10  # the same for each part of a model with couplings, if that is more
+ITERATIONS_OF_PART = 30  # the same for each part of a model with couplings, if that is more
 
 
 @dataclass(frozen=True)
