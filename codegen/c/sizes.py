@@ -8,7 +8,7 @@ from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.program import Scheme
 
 MAX_EVENTS = 64  # of one step that is cut at its events
-MAX_ACTING = 640  # percussions in a dense system of an island; those of more go row by row
+MAX_ACTING = 1200  # percussions in a dense system of an island; those of more go row by row
 MAX_JOINED = 64  # couplings that may act in one step, for each part four if that is more
 
 
