@@ -4,7 +4,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import signorini as sg
-from signorini.bodies import Planar, Round, Spatial, inertia
+from signorini.bodies import Planar, Point, Round, Spatial, inertia
 from signorini.codegen.frontend.model import Model
 from signorini.models import dominoes
 from signorini.stress.scene import Case, Scene
@@ -43,7 +43,8 @@ def discs_in_a_box(count: int) -> Model:
         world.plane(world.ground.point(-0.15, 0), (1, 0)),
         world.plane(world.ground.point(0.3 * across, 0), (-1, 0)),
     )
-    discs, start = [], {}
+    discs: list[Round] = []
+    start: dict[str, float] = {}
     for k in range(count):
         R = (0.05, 0.1, 0.14)[k % 3]
         mass = 100 * R**2
@@ -55,10 +56,6 @@ def discs_in_a_box(count: int) -> Model:
         start |= {f"d{k}_x": 0.3 * (k % across), f"d{k}_y": 0.15 + 0.3 * (k // across)}
     m.initial_state(q=start)
     return m
-
-
-def _discs(count: int) -> sg.Model:
-    return discs_in_a_box(count)
 
 
 def ten_discs() -> Model:
@@ -89,7 +86,8 @@ def boxes_in_a_pile(count: int = 4) -> Model:
     m = sg.Model("boxes_in_a_pile", symbols="casadi")
     mu, e_N = _laws(m)
     world = Planar(m, gravity=(0, -G))
-    outlines, start = [], {}
+    outlines: list[list[Point]] = []
+    start: dict[str, float] = {}
     for k in range(count):
         a, b = ((0.2, 0.1), (0.1, 0.08))[k % 2]
         mass = 100 * a * b
@@ -121,7 +119,8 @@ def wall_of_blocks() -> Model:
     m = sg.Model("wall_of_blocks", symbols="casadi")
     mu, e_N = _laws(m)
     world = Planar(m, gravity=(0, -G))
-    outlines, start = [], {}
+    outlines: list[list[Point]] = []
+    start: dict[str, float] = {}
     places = [(0, 0.05), (0.21, 0.05), (0, 0.15), (0.21, 0.15), (-0.8, 0.12)]
     for k, (x, y) in enumerate(places):
         a, b = (0.1, 0.05) if k < 4 else (0.08, 0.08)
@@ -153,7 +152,8 @@ def links_of_a_chain(count: int = 8) -> Model:
     m = sg.Model("chain_on_a_floor", symbols="casadi")
     mu, e_N = _laws(m)
     world = Planar(m, gravity=(0, -G))
-    start, before = {}, None
+    start: dict[str, float] = {}
+    before = None
     for k in range(count):
         rod = world.body(f"r{k}", 0.1, inertia.rod(0.1, 0.2))
         if before is not None:
@@ -172,7 +172,8 @@ def chain_lands(rng: Rng) -> Case:
     par = _law_values(rng)
     turn, height = rng.uniform(-0.5, 0.5), 0.02
     low = min(0.0, 1.6 * sin(turn))
-    q, x, y = {}, 0.0, height - low + rng.uniform(0, 0.2)
+    q: dict[str, float] = {}
+    x, y = 0.0, height - low + rng.uniform(0, 0.2)
     for k in range(8):
         q |= {f"r{k}_x": x + 0.1 * cos(turn), f"r{k}_y": y + 0.1 * sin(turn), f"r{k}_phi": turn}
         x, y = x + 0.2 * cos(turn), y + 0.2 * sin(turn)
@@ -230,7 +231,6 @@ def pyramid_of_balls() -> Model:
     """Three balls on the ground and one on them."""
     m = sg.Model("pyramid_of_balls", symbols="casadi")
     world = Spatial(m, gravity=(0, 0, -G))
-    mu, e_N = None, None
     balls = _balls(m, world, (0.1,) * 4)
     mu, e_N = m.par
     for k, ball in enumerate(balls):
@@ -299,7 +299,7 @@ def bowl(rng: Rng) -> Case:
     return Case(float(rng.choice([1e-3, 5e-3])), q, v, par, passive=_passive(par))
 
 
-def balls_on_strings() -> Model:
+def balls_on_rods() -> Model:
     """Four balls, neighbours joined by rods between their middles, that fall on the ground."""
     m = sg.Model("balls_on_rods", symbols="casadi")
     world = Spatial(m, gravity=(0, 0, -G))
@@ -338,5 +338,5 @@ CROWDS = (
     Scene("pyramid", "four balls as a pyramid", pyramid_of_balls, pyramid, 200, 2),
     Scene("trough", "three balls in a V", balls_in_a_trough, trough, 300, 2),
     Scene("bowl", "six balls in a bowl", balls_in_a_bowl, bowl, 300, 1),
-    Scene("rods", "four balls joined by rods fall", balls_on_strings, rods, 300, 2),
+    Scene("rods", "four balls joined by rods fall", balls_on_rods, rods, 300, 2),
 )

@@ -1,6 +1,7 @@
 """Contacts between bodies join their parts in the steps in which they may act."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from signorini.codegen.frontend.validate import freeze
 from signorini.codegen.parts import compose
 from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
+from signorini.runtime.replay import FailedStep, replay
+from signorini.stress.crowds import discs_in_a_box
+from signorini.stress.judge import judge
 
 FREE = {"e_N": 1.0, "mu": 0.0, "grav": 0.0}
 
@@ -254,6 +258,27 @@ def test_a_failed_step_changes_nothing(stepper: Callable[..., sg.Stepper]) -> No
         together.simulate(t_end=0.1, dt=2e-3, q0=overlapping, v0=v)
 
 
+def test_a_failed_step_is_taken_again(stepper: Callable[..., sg.Stepper], tmp_path: Path) -> None:
+    """From its file, with what each part and coupling went on from: it fails as it did, and with
+    more iterations it ends where a run with as many does."""
+    together = built(stepper)
+    q, v = placed(0.02)
+    v[0::3] = np.array([1.0, 0.5, 0.0, 0.0, -0.5, -1.0])
+    how = {"dt": 2e-3, "q0": q, "v0": v, "parameters": FREE | {"mu": 0.3}, "max_halvings": 0}
+    whole = together.simulate(t_end=0.1, **how)
+    with pytest.raises(sg.StepError) as caught:
+        together.simulate(t_end=0.1, max_iterations=1, **how)
+    caught.value.step.save(tmp_path / "step.json")
+    step = FailedStep.load(tmp_path / "step.json")
+    k = len(caught.value.trajectory.t)
+    assert 0 < k < len(whole.t)
+    assert replay(together, step)["status"] == step.status == "NOT_CONVERGED"
+    again = replay(together, replace(step, options=step.options | {"max_iterations": 200}))
+    assert again["status"] in ("OK", "OK_RESCUED")
+    np.testing.assert_allclose(again["q"], whole.q[k], atol=1e-12)
+    np.testing.assert_allclose(again["v"], whole.v[k], atol=1e-9)
+
+
 def test_room_for_couplings(tmp_path: Path) -> None:
     """Where more pairs meet than there is room for the step fails, says why, changes nothing."""
     few = sg.build(row_of_discs(), stages=2, max_couplings=2, prefix="few")
@@ -372,3 +397,45 @@ def test_no_warnings_in_models_with_couplings(
     for file in ("crowd", "crowd_model"):
         said = run(compiler(name), *STRICT, "-c", f"{file}.c", "-o", f"{file}.o", cwd=folder)
         assert not said
+
+
+# --- heaps: percussions are eliminated row by row -------------------------------------------------
+
+
+def packed(stepper: sg.Stepper, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Discs a little above each other in a box, nearly packed, thrown gently."""
+    rng = np.random.default_rng(seed)
+    _t, q, _v = stepper.initial_state()
+    count = q.size // 3
+    q[0::3] = 0.2 * (np.arange(count) % 4) + rng.uniform(-0.02, 0.02, count)
+    q[1::3] = 0.15 + 0.29 * (np.arange(count) // 4) + rng.uniform(0, 0.005, count)
+    return stepper.project(q, 0.2 * rng.normal(size=q.size))
+
+
+@pytest.mark.thorough
+def test_a_heap_moves_and_rests_as_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same model in one piece solves dense systems with a rank decision: motion and, where rows
+    depend on each other, percussions of least norm are the same; the laws hold."""
+    monkeypatch.setattr(parts, "LEAST_PARTS", 2)
+    one = sg.build(discs_in_a_box(9), stages=3, prefix="joined")
+    monkeypatch.setattr(parts, "LEAST_PARTS", 10**6)
+    other = sg.build(discs_in_a_box(9), stages=3, prefix="whole")
+    how = {"mu": 0.4, "e_N": 0.0}
+    many = 0
+    for seed in range(3):
+        q, v = packed(one, seed)
+        a, b = (
+            s.simulate(t_end=0.5, dt=2e-3, q0=q, v0=v, parameters=how, record="stages")
+            for s in (one, other)
+        )
+        error = np.abs(a.q - b.q).max(axis=1)
+        apart = int(np.argmax(error > 1e-8)) if (error > 1e-8).any() else error.size
+        assert apart > 60
+        closed = np.count_nonzero(a.P_N[1:apart] > 0, axis=1)
+        many += int(np.count_nonzero(closed > 12))  # four rows each
+        found = judge(a, 2e-3, True)
+        assert found.gap > -1e-9 and found.complementarity < 1e-8 and found.cone < 1e-8
+        # where those of least norm leave a cone, a heap keeps what was found: few, and close by
+        differ = np.abs(a.P_N[:apart] - b.P_N[:apart]) / np.abs(b.P_N).max()
+        assert np.count_nonzero(differ > 1e-6) < 5e-3 * differ.size and differ.max() < 1e-3
+    assert many > 100

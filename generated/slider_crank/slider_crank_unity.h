@@ -33,6 +33,7 @@
 #undef SG_DESCENT
 #undef SG_DIP
 #undef SG_DIP_ROUNDS
+#undef SG_DRAWN_WHOLE
 #undef SG_EFFORT
 #undef SG_ELEMENT
 #undef SG_EPS
@@ -46,8 +47,8 @@
 #undef SG_GIVE
 #undef SG_GRID_MOST
 #undef SG_HARD
-#undef SG_HARDENED
 #undef SG_HARDER
+#undef SG_HARDER_AT_LEAST
 #undef SG_HEAVY
 #undef SG_HELD
 #undef SG_HOLDING
@@ -69,6 +70,7 @@
 #undef SG_MOST_STATES
 #undef SG_NAN
 #undef SG_NEAR_ENOUGH
+#undef SG_N_ACTING
 #undef SG_N_AXES
 #undef SG_N_CHAIN
 #undef SG_N_COMPLIANCE
@@ -114,6 +116,7 @@
 #undef SG_SEARCHES
 #undef SG_SECANT_ROUNDS
 #undef SG_SMALL
+#undef SG_SOFT
 #undef SG_SOFTNESS
 #undef SG_SOLVES
 #undef SG_SPATIAL
@@ -208,6 +211,8 @@
 #define SG_WHOLE slider_crank_own_SG_WHOLE
 #undef real
 #define real slider_crank_own_real
+#undef sg_acting
+#define sg_acting slider_crank_own_sg_acting
 #undef sg_activity
 #define sg_activity slider_crank_own_sg_activity
 #undef sg_add_report
@@ -442,6 +447,8 @@
 #define sg_has_mobility slider_crank_own_sg_has_mobility
 #undef sg_has_stages
 #define sg_has_stages slider_crank_own_sg_has_stages
+#undef sg_have_room
+#define sg_have_room slider_crank_own_sg_have_room
 #undef sg_held_rows
 #define sg_held_rows slider_crank_own_sg_held_rows
 #undef sg_hold
