@@ -1,6 +1,6 @@
 #pragma once
 #include "sg_assemble.c"
-#include "sg_system.c"
+#include "sg_solve.c"
 
 /* Newton's direction in a large island. Every row yields a little to its percussion, which can then
    be eliminated by itself, friction with the normal percussion that presses it. What is left, K
