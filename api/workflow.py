@@ -194,6 +194,7 @@ def generate(
     derivatives: bool = False,
     max_couplings: int | None = None,
     target: str = "c",
+    bind: Sequence[str] = (),
 ) -> Path:
     """Write the C stepper of a model into a folder, all files or none.
 
@@ -208,6 +209,9 @@ def generate(
     target : {"c", "numpy"}
         "numpy" writes the model's functions, without a scheme, as the module
         ``<prefix>_model.py``, which needs NumPy alone.
+    bind : sequence of {"rust", "arduino"}
+        What the folder is besides: a Rust crate, whose declarations bindgen makes when it is built;
+        an Arduino library with a sketch.
 
     Returns
     -------
@@ -227,7 +231,7 @@ def generate(
     return emit.write(
         _render(
             *(model, stages, scheme, velocity_constraints, prefix, precision, events, derivatives),
-            max_couplings,
+            *(max_couplings, bind),
         ),
         out_dir,
     )
@@ -322,6 +326,7 @@ def drift(
         about["events"],
         about["derivatives"],
         about["max_couplings"],
+        emit.bindings_of(target),
     )
     lines: list[str] = []
     for name, text in files.items():
@@ -354,6 +359,7 @@ def _render(
     events: str,
     derivatives: bool = False,
     max_couplings: int | None = None,
+    bind: Sequence[str] = (),
 ) -> dict[str, str]:
     spec = emit_spec(
         freeze(model),
@@ -366,4 +372,4 @@ def _render(
         derivatives=derivatives,
         max_couplings=max_couplings,
     )
-    return emit.render(spec)
+    return emit.render(spec, bind)

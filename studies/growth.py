@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from math import cos, pi, sin
+from math import cos, nan, pi, sin
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -18,6 +18,7 @@ from signorini.bodies import Planar, Round, Spatial, inertia
 from signorini.codegen.c.build import emit_spec
 from signorini.codegen.c.emit import render, write
 from signorini.codegen.frontend.validate import freeze
+from signorini.models import block_stack
 
 
 def chain(links: int, redundant: bool) -> sg.Model:
@@ -128,15 +129,17 @@ FAMILIES: dict[str, tuple[Callable[[int], sg.Model], Sequence[int]]] = {
     "chain, redundant": (lambda n: chain(n, redundant=True), (2, 4, 8, 16, 32)),
     "boxes": (boxes, (1, 2, 4, 8, 16)),
     "boxes in space": (boxes_in_space, (1, 2, 4, 8, 16, 32)),
-    "discs, all pairs": (discs, (5, 10, 20, 40)),
+    "stack": (block_stack.model, (4, 8, 16)),
+    "discs, all pairs": (discs, (5, 10, 20, 40, 80)),
     "balls in a bowl": (balls, (4, 8, 16)),
 }
 MEASURED = ("derive_s", "emit_s", "c_kB", "compile_s", "step_us", "work_kB")
+STEPS, DT = 250, 2e-3
 
 
 @dataclass(frozen=True)
 class Size:
-    """One model of a family, measured."""
+    """One model of a family, measured; `peer_us` and `peer_gap` of the same scene in MuJoCo."""
 
     family: str
     count: int
@@ -148,14 +151,26 @@ class Size:
     compile_s: float
     step_us: float
     work_kB: float
+    gap: float
+    peer_us: float | None = None
+    peer_gap: float | None = None
 
 
-def time_of_step(stepper: sg.Stepper, steps: int = 250, dt: float = 2e-3) -> float:
+def time_of_step(stepper: sg.Stepper, steps: int = STEPS, dt: float = DT) -> float:
     """Mean time of a step [µs] from the start on, without what a run costs whatever its length."""
     seconds = [
         median(stepper.simulate(t_end=n * dt, dt=dt).seconds for _ in range(5)) for n in (1, steps)
     ]
     return (seconds[1] - seconds[0]) / (steps - 1) * 1e6
+
+
+def _of_peer(family: str, count: int) -> tuple[float, float] | tuple[None, None]:
+    """Mean time of a step [µs] and deepest penetration [m] in MuJoCo, where it is installed."""
+    try:
+        from signorini.benchmarks import many_mujoco
+    except ImportError:
+        return None, None
+    return many_mujoco.measure(family, count, STEPS, DT) or (None, None)
 
 
 def measure(family: str, count: int, stages: int = 3) -> Size:
@@ -180,6 +195,8 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
                 os.environ["SIGNORINI_CACHE"] = before
         c_kB = sum(p.stat().st_size for p in generated.glob("*.c") if p.name != "example.c") / 1e3
         step_us = time_of_step(stepper)
+        gaps = stepper.simulate(t_end=STEPS * DT, dt=DT).smallest_gap
+        gap = min(0.0, float(gaps.min()))
     manifest = stepper.manifest
     return Size(
         family,
@@ -192,6 +209,8 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
         compile_s,
         step_us,
         ctypes.sizeof(stepper.library.structs["work"]) / 1e3,
+        gap,
+        *_of_peer(family, count),
     )
 
 
@@ -210,9 +229,10 @@ def exponents(sizes: Sequence[Size]) -> dict[str, dict[str, float]]:
         rows = [s for s in sizes if s.family == family][-3:]
         if len(rows) >= 2:
             x = np.log([s.count for s in rows])
+            names = [*MEASURED] + ["peer_us"] * all(s.peer_us is not None for s in rows)
             found[family] = {
                 name: float(np.polyfit(x, np.log([getattr(s, name) for s in rows]), 1)[0])
-                for name in MEASURED
+                for name in names
             }
     return found
 
@@ -221,8 +241,8 @@ def markdown(sizes: Sequence[Size]) -> str:
     """The table with exponents below each family."""
     lines = [
         "| model | count | coordinates | contacts | derive [s] | emit [s] | C [kB] | compile [s] "
-        "| step [µs] | scratch [kB] |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| step [µs] | scratch [kB] | deepest gap [m] | MuJoCo: step [µs] | deepest gap [m] |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     slopes = exponents(sizes)
     for family in FAMILIES:
@@ -231,14 +251,15 @@ def markdown(sizes: Sequence[Size]) -> str:
                 lines.append(
                     f"| {family} | {s.count} | {s.n_q} | {s.contacts} | {s.derive_s:.2f} "
                     f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} "
-                    f"| {s.work_kB:.0f} |"
+                    f"| {s.work_kB:.0f} | {s.gap:.0e} "
+                    + ("| | |" if s.peer_us is None else f"| {s.peer_us:.3g} | {s.peer_gap:.0e} |")
                 )
         if family in slopes:
             e = slopes[family]
             lines.append(
                 f"| {family} | **exponent** | | | {e['derive_s']:.1f} | {e['emit_s']:.1f} "
                 f"| {e['c_kB']:.1f} | {e['compile_s']:.1f} | {e['step_us']:.1f} "
-                f"| {e['work_kB']:.1f} |"
+                f"| {e['work_kB']:.1f} | | {e.get('peer_us', nan):.1f} | |".replace("nan", "")
             )
     return "\n".join(lines) + "\n"
 
@@ -275,7 +296,9 @@ def save(sizes: Sequence[Size], folder: Path) -> None:
     data: dict[str, Any] = {"sizes": [asdict(s) for s in sizes], "exponents": exponents(sizes)}
     (folder / "growth.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     title = (
-        "# How cost grows with bodies\n\n`signorini growth --out docs/growth` measured this.\n\n"
+        "# How cost grows with bodies\n\n`signorini growth --out docs/growth` measured this: the "
+        f"first {STEPS} steps of {DT} s, mean over the run, s = 3; MuJoCo with Euler's method, "
+        "elliptic cones and the hardest contacts that it accepts.\n\n"
     )
     (folder / "growth.md").write_text(title + markdown(sizes), encoding="utf-8")
     plot(sizes, folder / "growth.png")

@@ -21,6 +21,9 @@ def generate(
     target: Literal["c", "numpy"] = "c",
     derivatives: Switch = False,
     max_couplings: Whole | None = None,
+    bind: Annotated[
+        list[Literal["rust", "arduino"]] | None, Parameter(consume_multiple=True, negative=())
+    ] = None,
     check: Path | None = None,
 ) -> None:
     """Write the C stepper of MODEL into a folder.
@@ -39,6 +42,8 @@ def generate(
         Steps can be differentiated (p_step_forward), and cut at their events.
     max_couplings
         Pairs of parts that contacts may join at once, in a model of many bodies.
+    bind
+        rust, arduino: the folder is a crate, an Arduino library, too.
     check
         Write nothing; compare this generated folder with the model and show what differs.
     """
@@ -62,6 +67,7 @@ def generate(
         target=target,
         derivatives=derivatives,
         max_couplings=max_couplings,
+        bind=bind or (),
     )
     console = Console()
     if folder.is_file():

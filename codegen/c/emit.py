@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +27,19 @@ TEMPLATES = {
 }
 # The same where steps are differentiated, of double precision, which is that of other programs.
 EXTERNAL = {"{prefix}_casadi.c": "casadi.c.jinja"}
+# What makes the folder a package of another language or system as well.
+BINDINGS = {
+    "rust": {
+        "Cargo.toml": "Cargo.toml.jinja",
+        "build.rs": "build.rs.jinja",
+        "lib.rs": "lib.rs.jinja",
+        "run.rs": "run.rs.jinja",
+    },
+    "arduino": {
+        "library.properties": "library.properties.jinja",
+        "examples/run/run.ino": "sketch.ino.jinja",
+    },
+}
 RUNTIME_BEGIN = "/* ==== runtime, the same for every model ==== begin ==== */"
 RUNTIME_END = "/* ==== runtime, the same for every model ==== end ==== */"
 TABLES_BEGIN = "/* ==== tables of this model ==== begin ==== */"
@@ -49,9 +63,25 @@ def comment_text(text: str) -> str:
     return plain.replace("*/", "* /").replace("/*", "/ *").replace("\\", "|")
 
 
-def render(spec: EmitSpec) -> dict[str, str]:
-    """Return the text of every file of the generated folder by name."""
+def render(spec: EmitSpec, bind: Sequence[str] = ()) -> dict[str, str]:
+    """Return the text of every file of the generated folder by name; `bind` are names of BINDINGS.
+
+    Raises
+    ------
+    GenerationError
+        For another name, or a precision that the language does not have.
+    """
     wanted = spec.forward is not None and spec.precision.name == "double"
+    templates_of = dict(TEMPLATES) | (EXTERNAL if wanted else {})
+    for name in bind:
+        if name not in BINDINGS:
+            raise GenerationError(f"bind = {name!r}: choose among {', '.join(BINDINGS)}")
+        if name == "rust" and spec.precision.name == "extended":
+            raise GenerationError(
+                f"model '{spec.model}', bind = 'rust': Rust has no extended precision. Give "
+                "precision='double' or 'float'"
+            )
+        templates_of |= BINDINGS[name]
     files = {
         name.format(prefix=spec.prefix): _environment()
         .get_template(template)
@@ -62,7 +92,7 @@ def render(spec: EmitSpec) -> dict[str, str]:
             tables_begin=TABLES_BEGIN,
             tables_end=TABLES_END,
         )
-        for name, template in (TEMPLATES | (EXTERNAL if wanted else {})).items()
+        for name, template in templates_of.items()
     }
     files["manifest.json"] = json.dumps(manifest(spec), indent=1, ensure_ascii=True) + "\n"
     return files
@@ -91,6 +121,7 @@ def write(files: dict[str, str], out_dir: str | os.PathLike[str]) -> Path:
         raise GenerationError(f"cannot write to {target}: {error.strerror}") from None
     try:
         for name, text in files.items():
+            (staging / name).parent.mkdir(parents=True, exist_ok=True)
             (staging / name).write_bytes(text.encode("utf-8"))
         staging.chmod(0o755)
         if not target.exists():
@@ -132,6 +163,10 @@ def _keep_others(target: Path, staging: Path, names: set[str]) -> None:
     """Link or copy what a user has in the folder into the new one."""
     old = _old_files(target)
 
+    def own(folder: str, entries: list[str]) -> set[str]:
+        place = Path(folder).relative_to(target).as_posix()
+        return {entry for entry in entries if f"{place}/{entry}" in names | old}
+
     def link(one: str, other: str) -> None:
         try:
             os.link(one, other, follow_symlinks=False)
@@ -142,7 +177,13 @@ def _keep_others(target: Path, staging: Path, names: set[str]) -> None:
         if path.name in names or path.name in old:
             continue
         if path.is_dir() and not path.is_symlink():
-            shutil.copytree(path, staging / path.name, symlinks=True, copy_function=link)
+            shutil.copytree(
+                *(path, staging / path.name),
+                symlinks=True,
+                copy_function=link,
+                ignore=own,
+                dirs_exist_ok=True,
+            )
         else:
             link(str(path), str(staging / path.name))
 
@@ -164,6 +205,7 @@ def _replace_one_by_one(staging: Path, target: Path, files: dict[str, str]) -> N
     old = _old_files(target)
     (target / "manifest.json").unlink(missing_ok=True)
     for name in sorted(files, key=lambda name: name == "manifest.json"):
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
         (staging / name).replace(target / name)
     for name in old - set(files):
         (target / name).unlink(missing_ok=True)
@@ -172,9 +214,19 @@ def _replace_one_by_one(staging: Path, target: Path, files: dict[str, str]) -> N
 def _old_files(target: Path) -> set[str]:
     """Names that an earlier generation wrote into the folder: they say so themselves."""
     names = {"manifest.json", *(name for name in TEMPLATES if "{" not in name)}
+    names |= {name for files in BINDINGS.values() for name in files}
     for ending in (name.removeprefix("{prefix}") for name in (TEMPLATES | EXTERNAL) if "{" in name):
         names |= {path.name for path in target.glob(f"*{ending}")}
     return {name for name in names if _is_generated(target / name)}
+
+
+def bindings_of(folder: Path) -> tuple[str, ...]:
+    """What a generated folder is a package of."""
+    return tuple(
+        name
+        for name, files in BINDINGS.items()
+        if any(_is_generated(folder / file) for file in files)
+    )
 
 
 def _is_generated(path: Path) -> bool:

@@ -155,7 +155,9 @@ def _info(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
         Field("status", "int", (), "status code of the step"),
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
         Field("substeps", "int", (), "substeps taken; 0: the step was solved whole"),
-        Field("rescues", "int", (), "1 cold start, 2 central path, 4 path or contacts held, sum"),
+        Field(
+            "rescues", "int", (), "1 cold start, 2 central path, 4 path, held, 8 soft contacts, sum"
+        ),
         Field("percussions", "int", (), "0 unique, 1 of least norm, 2 one of several"),
         Field("lost_impacts", "int", (), "contacts that pushed at a stage but not over the step"),
         Field("residual", "real", (), "largest scaled residual accepted"),

@@ -116,7 +116,7 @@
 #undef SG_SEARCHES
 #undef SG_SECANT_ROUNDS
 #undef SG_SMALL
-#undef SG_SOFT
+#undef SG_SOFTLY
 #undef SG_SOFTNESS
 #undef SG_SOLVES
 #undef SG_SPATIAL
@@ -191,6 +191,8 @@
 #define SG_SLIPS bouncing_ball_own_SG_SLIPS
 #undef SG_SLOTS_KEPT
 #define SG_SLOTS_KEPT bouncing_ball_own_SG_SLOTS_KEPT
+#undef SG_SOFT
+#define SG_SOFT bouncing_ball_own_SG_SOFT
 #undef SG_STATE_BACK
 #define SG_STATE_BACK bouncing_ball_own_SG_STATE_BACK
 #undef SG_STATE_FORTH

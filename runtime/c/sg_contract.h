@@ -59,9 +59,9 @@ typedef struct {
     int kind, first;
 } sg_member;
 
-enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };         /* kind of a percussion row */
-enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };         /* info.percussions */
-enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4 }; /* info.rescues */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };                      /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };                      /* info.percussions */
+enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4, SG_SOFT = 8 }; /* info.rescues */
 
 /* What an iteration may take for granted: velocities stay as they are but for round-off, which is
    not corrected; it is the first of a problem and will succeed; others failed before; it is the

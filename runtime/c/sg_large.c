@@ -331,7 +331,7 @@ static int sg_harden(SG(work) * w, const SG(params) * par, const SG(options) * o
     real soft = SG_C(1.0) / SG_HARDER; /* nothing has been found yet */
     while (soft > SG_HARD && share < SG_HARDER_AT_LEAST && info->iterations < end) {
         w->large.give = soft * share;
-        if (sg_newton(w, par, opt, problem, sg_budget(info, end, SG_SOFT), 1, &info->iterations,
+        if (sg_newton(w, par, opt, problem, sg_budget(info, end, SG_SOFTLY), 1, &info->iterations,
                       measure) == SG_K(OK)) {
             soft = w->large.give;
             share = sg_max(SG_HARDER, share * share);

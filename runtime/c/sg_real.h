@@ -102,7 +102,7 @@ typedef SG(real) real;
 #define SG_HARDER SG_C(0.125)
 #define SG_HARD (SG_C(0.0625) * SG_SOFTNESS)
 #define SG_HARDER_AT_LEAST SG_C(0.8)
-#define SG_SOFT 12
+#define SG_SOFTLY 12
 
 /* Sweeps of alternating projections that seek percussions of least norm in their cones. */
 #define SG_SWEEPS 200

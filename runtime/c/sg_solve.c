@@ -279,7 +279,7 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
 static int sg_solve(SG(work) * w, const SG(part) * s, const SG(params) * par,
                     const SG(options) * opt, SG(report) * info, int problem, int warm, int effort,
                     int end) {
-    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0,       SG_COLD,         SG_CENTRAL_PATH,
+    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0,       SG_COLD,         SG_SOFT,
                                             SG_PATH, SG_PATH, SG_CENTRAL_PATH, SG_PATH};
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     int status = SG_K(NOT_CONVERGED);
