@@ -417,9 +417,9 @@ def test_a_heap_moves_and_rests_as_one_piece(monkeypatch: pytest.MonkeyPatch) ->
     """The same model in one piece solves dense systems with a rank decision: motion and, where rows
     depend on each other, percussions of least norm are the same; the laws hold."""
     monkeypatch.setattr(parts, "LEAST_PARTS", 2)
-    one = sg.build(discs_in_a_box(9), stages=3, prefix="joined")
+    one = sg.build(discs_in_a_box(12), stages=3, prefix="joined")
     monkeypatch.setattr(parts, "LEAST_PARTS", 10**6)
-    other = sg.build(discs_in_a_box(9), stages=3, prefix="whole")
+    other = sg.build(discs_in_a_box(12), stages=3, prefix="whole")
     how = {"mu": 0.4, "e_N": 0.0}
     many = 0
     for seed in range(3):
@@ -430,12 +430,12 @@ def test_a_heap_moves_and_rests_as_one_piece(monkeypatch: pytest.MonkeyPatch) ->
         )
         error = np.abs(a.q - b.q).max(axis=1)
         apart = int(np.argmax(error > 1e-8)) if (error > 1e-8).any() else error.size
-        assert apart > 60
+        assert apart > 200
         closed = np.count_nonzero(a.P_N[1:apart] > 0, axis=1)
         many += int(np.count_nonzero(closed > 12))  # four rows each
         found = judge(a, 2e-3, True)
         assert found.gap > -1e-9 and found.complementarity < 1e-8 and found.cone < 1e-8
         # where those of least norm leave a cone, a heap keeps what was found: few, and close by
         differ = np.abs(a.P_N[:apart] - b.P_N[:apart]) / np.abs(b.P_N).max()
-        assert np.count_nonzero(differ > 1e-6) < 5e-3 * differ.size and differ.max() < 1e-3
+        assert np.count_nonzero(differ > 1e-6) < 0.01 * differ.size and differ.max() < 5e-3
     assert many > 100

@@ -10,8 +10,6 @@ enum { SG_BITS = 30 };
 
 static inline int sg_words(int n) { return n / SG_BITS + 1; }
 
-static inline int sg_has(const int *set, int u) { return set[u / SG_BITS] >> (u % SG_BITS) & 1; }
-
 static inline void sg_insert(int *set, int u) { set[u / SG_BITS] |= 1 << (u % SG_BITS); }
 
 static inline void sg_remove(int *set, int u) { set[u / SG_BITS] &= ~(1 << (u % SG_BITS)); }
