@@ -284,8 +284,6 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("contacts of a coupling are pressed by those of the first part", "runtime/c/sg_island.c", "c->pressing = sg_shifted(c->pressing, n_0);", "c->pressing = sg_shifted(c->pressing, 0);"),
     Mutant("friction of a heap goes against what presses it", "runtime/c/sg_large.c", "pressed ? -w->large.share[f + d] * w->large.weight[pressing * SG_TERMS] : SG_C(0.0);", "pressed ? w->large.share[f + d] * w->large.weight[pressing * SG_TERMS] : SG_C(0.0);"),
     Mutant("rows of a heap pull", "runtime/c/sg_large.c", "line[own->C.index[k]] -= factor * e->C[k];", "line[own->C.index[k]] += factor * e->C[k];"),
-    Mutant("percussions of a heap grow to those of least norm", "runtime/c/sg_large.c", "w->large.before[a] = -w->R[pr->R + a];", "w->large.before[a] = w->R[pr->R + a];"),
-    Mutant("rows of a heap go on yielding", "runtime/c/sg_large.c", "sg_copy(n, w->newton.dR, w->large.before);", "(void)n;"),
     Mutant("bodies of a heap are not eliminated with those beside them", "runtime/c/sg_graph.c", "own[k] |= around[k];", "own[k] &= own[k];"),
     Mutant("contacts of a heap stay soft", "runtime/c/sg_large.c", "    w->large.give = SG_C(0.0);\n    return sg_land(", "    return sg_land("),
     Mutant("contacts do not couple", "codegen/parts.py", "joined.join(j for k in group for j in members[k])", "pass"),

@@ -20,7 +20,7 @@ from signorini.runtime.replay import FailedStep
 from signorini.runtime.replay import replay as take_again
 from signorini.runtime.run import Run
 from signorini.runtime.trajectory import Trajectory
-from signorini.stress.campaign import case_of, run_case, run_scene, stepper_of
+from signorini.stress.campaign import Result, case_of, run_case, run_scene, stepper_of
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
@@ -165,6 +165,17 @@ def test_substeps_report_themselves() -> None:
     )  # fmt: skip
     assert found.substeps[-1] == 2
     assert found.rescues[-1] == 0
+
+
+@pytest.mark.thorough
+def test_heaps_need_soft_contacts() -> None:
+    """Thirty discs fall into a box: every step is solved, some of them from contacts that were soft
+    at first, and what is found satisfies the laws."""
+    total = Result("discs_30", 2)
+    for number in range(3):
+        total.add(run_case("discs_30", 2, 1, number))
+    assert not total.failures and total.rescues["soft"] > 10
+    assert total.gap > -1e-9 and total.complementarity < 1e-8 and total.cone < 1e-8
 
 
 @pytest.mark.parametrize("number", [9, 62])
