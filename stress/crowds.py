@@ -1,6 +1,7 @@
 """Scenes of many bodies, in the plane and in space: piles, walls, chains, pyramids, a bowl."""
 
 from math import cos, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 import signorini as sg
@@ -81,6 +82,24 @@ def thirty_fall(rng: Rng) -> Case:
     return discs_fall(rng, 30)
 
 
+def _add_box(
+    world: Planar,
+    outlines: list[list[Point]],
+    half: tuple[float, float],
+    mass: float,
+    **laws: Any,
+) -> None:
+    """One more box, which touches the floor and all boxes before it."""
+    k, (a, b) = len(outlines), half
+    box = world.body(f"b{k}", mass, inertia.rectangle(mass, 2 * a, 2 * b))
+    corners = [box.point(i * a, j * b) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    for i, corner in enumerate(corners):
+        world.contact(f"floor{k}_{i}", corner, world.plane(), **laws)
+    for j, other in enumerate(outlines):
+        world.polygons(f"pair{j}_{k}", other, corners, **laws)
+    outlines.append(corners)
+
+
 def boxes_in_a_pile(count: int = 4) -> Model:
     """Boxes of two sizes that fall on each other and on a floor."""
     m = sg.Model("boxes_in_a_pile", symbols="casadi")
@@ -91,13 +110,7 @@ def boxes_in_a_pile(count: int = 4) -> Model:
     for k in range(count):
         a, b = ((0.2, 0.1), (0.1, 0.08))[k % 2]
         mass = 100 * a * b
-        box = world.body(f"b{k}", mass, inertia.rectangle(mass, 2 * a, 2 * b))
-        corners = [box.point(i * a, j * b) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        for i, corner in enumerate(corners):
-            world.contact(f"floor{k}_{i}", corner, world.plane(), mu=mu, e_N=e_N)
-        for j, other in enumerate(outlines):
-            world.polygons(f"pair{j}_{k}", other, corners, mu=mu, e_N=e_N)
-        outlines.append(corners)
+        _add_box(world, outlines, (a, b), mass, mu=mu, e_N=e_N)
         start |= {f"b{k}_x": 0.05 * (k % 2), f"b{k}_y": 0.12 + 0.3 * k}
     m.initial_state(q=start)
     return m
@@ -125,13 +138,7 @@ def wall_of_blocks() -> Model:
     for k, (x, y) in enumerate(places):
         a, b = (0.1, 0.05) if k < 4 else (0.08, 0.08)
         mass = 1.0 if k < 4 else 4.0
-        box = world.body(f"b{k}", mass, inertia.rectangle(mass, 2 * a, 2 * b))
-        corners = [box.point(i * a, j * b) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        for i, corner in enumerate(corners):
-            world.contact(f"floor{k}_{i}", corner, world.plane(), mu=mu, e_N=e_N)
-        for j, other in enumerate(outlines):
-            world.polygons(f"pair{j}_{k}", other, corners, mu=mu, e_N=e_N)
-        outlines.append(corners)
+        _add_box(world, outlines, (a, b), mass, mu=mu, e_N=e_N)
         start |= {f"b{k}_x": x, f"b{k}_y": y}
     m.initial_state(q=start)
     return m
