@@ -28,7 +28,7 @@ class RunOptions:
     r: float | None = None
     active_set: str = "any_stage"
     scaling: str = "rows"
-    max_halvings: int = 4
+    max_halvings: int = 10
     max_iterations: int | None = None
     events: str = "captured"
     max_events: int | None = None

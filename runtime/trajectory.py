@@ -48,7 +48,7 @@ class Trajectory:
     iterations, status, substeps, rescues, percussions : ndarray of int
     lost_impacts, impacts, captured, islands, largest_island : ndarray of int
         What the steps of the row reported: sums, the worst status, all rescues (1 cold start,
-        2 central path, 4 path or contacts held, 8 contacts soft at first; added up), the least
+        4 path or contacts held, 8 contacts soft at first, 16 contacts relaxed; added up), the least
         certain choice of
         percussions (0 unique, 1 of least norm, 2 one of several). ``substeps`` is 0 where all
         steps were solved whole. ``captured`` is 1 where a located step, or its rest, was captured.

@@ -18,7 +18,7 @@ from signorini.stress.judge import judge
 from signorini.stress.scene import Case
 from signorini.workflow import build
 
-RESCUES = {"cold": 1, "central": 2, "path": 4, "soft": 8}
+RESCUES = {"cold": 1, "path": 4, "soft": 8, "relaxed": 16}
 
 
 @dataclass

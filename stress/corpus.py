@@ -36,6 +36,7 @@ from signorini.models import (
 from signorini.stress.crowds import CROWDS
 from signorini.stress.laws import LAWS, LOCKED
 from signorini.stress.scene import Case, Scene
+from signorini.stress.space import SPACE
 
 SEED = 1
 G = 9.81
@@ -421,5 +422,6 @@ BEYOND = (
     Scene("chute_locked", "about self-locking", prism_in_chute.model, chute_locked, 60, 2),
     *LOCKED,
     *CROWDS,
+    *SPACE,
 )
 SCENES = {scene.name: scene for scene in (*CORPUS, *BEYOND)}

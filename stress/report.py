@@ -27,7 +27,7 @@ _WIDTH = 150
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
     "left unsolved, proven: those of them that have no solution; captured: located steps that fell "
-    "back to capturing, at least their rest; substeps, cold, central, path: "
+    "back to capturing, at least their rest; substeps, cold, path, soft, relaxed: "
     "steps that needed them; mean, 99.9 %, max: Newton iterations of a step; gap: smallest at a "
     "stage [m]; compl., cone: worst relative violation of complementarity and friction law; "
     "gain: largest energy above the start's where none may be gained, over the kinetic energy; "

@@ -134,7 +134,6 @@ SLOWER = re.compile(
             r"test_hostile.py::test_hostile_names_do_not_get_out\[if",
             r"test_bodies.py::test_two_polygons_collide",
             r"test_check.py::test_models_pass\[box.model",
-            r"test_stress.py::test_central_paths_are_needed",
             r"test_located.py::test_order_through_events\[knife",
             r"test_bodies.py::test_top_in_two_sets",
             r"test_runs.py::test_extended_precision",

@@ -19,7 +19,7 @@ class Mutant(NamedTuple):
 D, L, G, P = "codegen/derive/quantities.py", "codegen/schemes/lobatto.py", "codegen/graph.py", "codegen/c/printer.py"
 T, C, S = "codegen/schemes/tableau.py", "codegen/frontend/sympy_to_casadi.py", "codegen/c/spec.py"
 PATH = "runtime/c/sg_path.c"
-CENTRAL = "runtime/c/sg_central.c"
+RELAX = "runtime/c/sg_relax.c"
 SMOOTH = "runtime/c/sg_smooth.c"
 NEWTON, SOLVE, CHECK = "runtime/c/sg_newton.c", "runtime/c/sg_solve.c", "runtime/c/sg_check.c"
 FORWARD = "runtime/c/sg_forward.c"
@@ -204,11 +204,11 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("left-out contacts keep their percussion", CONTACT, "if (!sg_joins(w, pr, k)) {", "if (0) {"),
     Mutant("iterations not bounded", SOLVE, "return left < wish ? left : wish;", "return wish + 0 * left;"),
     Mutant("no path is followed", SOLVE, "if (!sg_path(w, par, opt, problem, turn)) {", "if (1 || !sg_path(w, par, opt, problem, turn)) {"),
-    Mutant("friction along the slip on a central path", CENTRAL, "w->central.rows[row] += radius * s.slip[d] / s.size", "w->central.rows[row] -= radius * s.slip[d] / s.size"),
-    Mutant("folds of a central path ignored", CENTRAL, "(agree < SG_C(0.0) ? SG_C(-1.0) : SG_C(1.0)) / length", "(agree < SG_C(2.0) * length ? SG_C(-1.0) : SG_C(1.0)) / length"),
-    Mutant("gaps of a central path pull", SIGNORINI, "return SG_C(0.5) * (z + size);", "return SG_C(0.5) * (z - size);"),
-    Mutant("a central path does not know how wide gaps are", SIGNORINI, "scale * (w->central.wider[n] * *share -", "scale * (-w->central.wider[n] * *share -"),
-    Mutant("a central path ends far from the laws", CENTRAL, "if (e < end) {", "if (e < SG_CENTRAL_START) {"),
+    Mutant("relaxed friction is along the slip", COULOMB, "moved[d] = -sg_times_axis(w, contact->friction + d, share * z[d]);", "moved[d] = sg_times_axis(w, contact->friction + d, share * z[d]);"),
+    Mutant("relaxed contacts pull", RELAX, "w->path.y[row] / own, SG_C(0.0));", "w->path.y[row] / own, -SG_HUGE);"),
+    Mutant("bilateral percussions stand aside in a relaxation", RELAX, "column[c] += w->system.rhs[a] * held[c];", "column[c] -= w->system.rhs[a] * held[c];"),
+    Mutant("relaxation never leaps", RELAX, "if (!(apart < SG_RELAX_STEADY * size)) {", "if (1 || !(apart < SG_RELAX_STEADY * size)) {"),
+    Mutant("relaxed friction leans the wrong way", COULOMB, "slip[d] = -R[d] / radius;", "slip[d] = R[d] / radius;"),
     Mutant("percussions stay outside their cones", CONTACT, "if (sg_into_cone(contact->components, w->mu[k], unit,", "if (0 && sg_into_cone(contact->components, w->mu[k], unit,"),
     Mutant("the judge looks at normal percussions only", "stress/judge.py", "outside = np.maximum(size - radius, 0) / force", "outside = 0 * np.maximum(size - radius, 0) / force"),
     Mutant("the judge takes any sign of friction", "stress/judge.py", 'np.einsum("ij,ij->i", P, slip)', '-np.abs(np.einsum("ij,ij->i", P, slip))'),

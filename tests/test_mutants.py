@@ -92,7 +92,7 @@ CATCHERS = (
     (
         "stress",
         "tests/test_stress.py",
-        "left_of or substeps or hold_solve or rough or central or painleve or groove or chain "
+        "left_of or substeps or hold_solve or rough or relax or painleve or groove or chain "
         "or judge or enumeration or drop or proven",
     ),
     ("hostile input", "tests/test_hostile.py", "fuzz and not minutes"),

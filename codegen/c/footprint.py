@@ -6,7 +6,7 @@ from signorini.codegen.c.layout import Struct
 
 _INT = 4
 _POINTER = 8
-DIRECTIONS = 1600  # at most, of a central path
+SWEEPS = 440  # of a relaxation, at most
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ def iteration_bound(
     """Bound for the operations of an iteration of one problem.
 
     The largest of three: Newton's iteration with its search along the direction, where rows are
-    exchanged and depend on each other; a path with the most changes of state; a central path with
-    the most directions.
+    exchanged and depend on each other; a path with the most changes of state; in space a
+    relaxation with the most sweeps.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def iteration_bound(
         Operations of one evaluation with its scales, of the derivatives, products of the
         elimination.
     spatial : bool
-        Whether there are central paths.
+        Whether contacts are relaxed, in place of paths.
     """
     solve = 2 * n_border**2 + 2 * n_border
     factor = 6 * products + n_x**3 + 4 * n_x**2
@@ -155,5 +155,5 @@ def iteration_bound(
     )
     along = evaluation + linear + 4 * n**2 * n_x
     path = along + (8 * n_contacts + 16) * (dense + 12 * n**2 + 40 * n)
-    central = along + DIRECTIONS * (dense + 12 * n**2 + 60 * n) if spatial else 0
-    return max(newton, path, central)
+    relaxation = along + dense + 2 * n**3 + SWEEPS * (2 * n**2 + 60 * n)
+    return max(newton, relaxation if spatial else path)

@@ -32,6 +32,7 @@ CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
 EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
+SPATIAL_ITERATIONS = 400  # the same where friction has two components: small substeps help there
 ITERATIONS_OF_PART = 30  # the same for each part of a model with couplings, if that is more
 
 
@@ -156,7 +157,7 @@ def _info(scheme: Scheme, n: Sizes) -> tuple[Field, ...]:
         Field("iterations", "int", (), "Newton iterations, all problems and attempts"),
         Field("substeps", "int", (), "substeps taken; 0: the step was solved whole"),
         Field(
-            "rescues", "int", (), "1 cold start, 2 central path, 4 path, held, 8 soft contacts, sum"
+            "rescues", "int", (), "1 cold start, 4 path, held, 8 soft contacts, 16 relaxation, sum"
         ),
         Field("percussions", "int", (), "0 unique, 1 of least norm, 2 one of several"),
         Field("lost_impacts", "int", (), "contacts that pushed at a stage but not over the step"),

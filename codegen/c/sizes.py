@@ -43,8 +43,8 @@ class Sizes:
     n_axes: int
     n_factors: int
     n_radii_total: int
-    n_central: int
-    n_central_x: int
+    n_relax: int
+    n_relax_x: int
     n_outputs: int
     n_terms: int
     n_key: int
@@ -108,8 +108,8 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_axes=data.n_F if any(c.mu_F is not None for c in data.contacts) else 0,
         n_factors=max(n_K, scheme.inertia.mass.size),
         n_radii_total=sum(p.n_slots for p in scheme.problems) * n_bounds,
-        n_central=n_rows if spatial else 0,
-        n_central_x=n_x if spatial else 0,
+        n_relax=n_rows if spatial else 0,
+        n_relax_x=n_x if spatial else 0,
         n_outputs=len(data.outputs),
         n_terms=scheme.terms.values.numel(),
         n_key=scheme.terms.key.numel() if scheme.recalls else 0,
@@ -227,8 +227,8 @@ def of_island(
         n_factors=max(n_border**2, n_mass),
         n_x_kept=sum(blocks[:kept]) * n_q,
         n_rows_kept=sum(slots[:kept]) * n_R,
-        n_central=n_rows if most.spatial else 0,
-        n_central_x=max(blocks) * n_q if most.spatial else 0,
+        n_relax=n_rows if most.spatial else 0,
+        n_relax_x=max(blocks) * n_q if most.spatial else 0,
         n_parts=whole.n_parts,
         n_couplings=whole.n_couplings,
         n_joined=whole.n_joined,

@@ -9,7 +9,6 @@ from signorini.codegen.c.elimination import Elimination
 from signorini.codegen.c.external import Pattern
 from signorini.codegen.c.footprint import (
     ADAPTIVE_FLASH,
-    DIRECTIONS,
     LOCATED_FLASH,
     Footprint,
     flash_bound,
@@ -24,6 +23,7 @@ from signorini.codegen.c.layout import (
     EVENT_KINDS,
     ITERATIONS_OF_PART,
     MAX_ITERATIONS,
+    SPATIAL_ITERATIONS,
     Struct,
 )
 from signorini.codegen.c.printer import Precision
@@ -191,7 +191,7 @@ class KindSpec:
         return (
             *(n.n_q, n.n_g, n.n_gamma, n.n_N, n.n_F, n.n_R, n.n_contacts, n.n_bounds),
             *(n.n_compliance, n.n_loads, n.n_key, n.n_terms),
-            *(int(n.spatial), int(self.mobility), DIRECTIONS),
+            *(int(n.spatial), int(self.mobility)),
         )
 
     @property
@@ -437,9 +437,10 @@ class EmitSpec:
 
     @property
     def max_iterations(self) -> int:
-        """Default of options.max_iterations: more where many bodies may be one island."""
+        """Default of options.max_iterations: more in space, and where many bodies may be one."""
         joined = ITERATIONS_OF_PART * self.sizes.n_parts if self.joins else 0
-        return max(MAX_ITERATIONS, joined)
+        spatial = SPATIAL_ITERATIONS if self.sizes.spatial else MAX_ITERATIONS
+        return max(spatial, joined)
 
     @property
     def footprint(self) -> Footprint:

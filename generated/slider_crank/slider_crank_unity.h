@@ -8,18 +8,7 @@
 #undef SG_AFTER_SAID
 #undef SG_BACK_ROUNDS
 #undef SG_BAND
-#undef SG_BLURRED
 #undef SG_C
-#undef SG_CENTRAL_BEGIN
-#undef SG_CENTRAL_CLOSE
-#undef SG_CENTRAL_CORRECT
-#undef SG_CENTRAL_END
-#undef SG_CENTRAL_FALL
-#undef SG_CENTRAL_FAR
-#undef SG_CENTRAL_NEAR
-#undef SG_CENTRAL_SHORT
-#undef SG_CENTRAL_START
-#undef SG_CENTRAL_TURNS
 #undef SG_CHECK
 #undef SG_CHECK_FLOORS
 #undef SG_CHECK_MOST
@@ -107,6 +96,10 @@
 #undef SG_POWER_CHANGE
 #undef SG_POWER_ROUNDS
 #undef SG_RANK
+#undef SG_RELAX_LEAP
+#undef SG_RELAX_STEADY
+#undef SG_RELAX_SWEEPS
+#undef SG_RELAX_TURNS
 #undef SG_REST
 #undef SG_ROOT_NEAR
 #undef SG_ROOT_ROUNDS
@@ -120,11 +113,9 @@
 #undef SG_SOFTNESS
 #undef SG_SOLVES
 #undef SG_SPATIAL
-#undef SG_SPATIAL_TURNS
 #undef SG_SQRT
 #undef SG_STAGNATION
 #undef SG_STEEP
-#undef SG_SUBSTEP_TURNS
 #undef SG_SWEEPS
 #undef SG_TABULATED
 #undef SG_TINY
@@ -133,7 +124,6 @@
 #undef SG_TOUCH
 #undef SG_TURNS
 #undef SG_UNROLLED
-#undef SG_WIDER
 
 #undef SG_AGAIN
 #define SG_AGAIN slider_crank_own_SG_AGAIN
@@ -145,8 +135,6 @@
 #define SG_AT_REST slider_crank_own_SG_AT_REST
 #undef SG_BLOCKS_KEPT
 #define SG_BLOCKS_KEPT slider_crank_own_SG_BLOCKS_KEPT
-#undef SG_CENTRAL_PATH
-#define SG_CENTRAL_PATH slider_crank_own_SG_CENTRAL_PATH
 #undef SG_CLOSES
 #define SG_CLOSES slider_crank_own_SG_CLOSES
 #undef SG_COLD
@@ -157,8 +145,6 @@
 #define SG_FIRST_ATTEMPT slider_crank_own_SG_FIRST_ATTEMPT
 #undef SG_FOLLOW
 #define SG_FOLLOW slider_crank_own_SG_FOLLOW
-#undef SG_FOLLOW_CENTRAL
-#define SG_FOLLOW_CENTRAL slider_crank_own_SG_FOLLOW_CENTRAL
 #undef SG_FOLLOW_ON
 #define SG_FOLLOW_ON slider_crank_own_SG_FOLLOW_ON
 #undef SG_HARDEN
@@ -177,6 +163,10 @@
 #define SG_OPENS slider_crank_own_SG_OPENS
 #undef SG_PATH
 #define SG_PATH slider_crank_own_SG_PATH
+#undef SG_RELAX
+#define SG_RELAX slider_crank_own_SG_RELAX
+#undef SG_RELAXED
+#define SG_RELAXED slider_crank_own_SG_RELAXED
 #undef SG_ROW_FREE
 #define SG_ROW_FREE slider_crank_own_SG_ROW_FREE
 #undef SG_ROW_SLIP
@@ -251,30 +241,6 @@
 #define sg_budget slider_crank_own_sg_budget
 #undef sg_cell
 #define sg_cell slider_crank_own_sg_cell
-#undef sg_central
-#define sg_central slider_crank_own_sg_central
-#undef sg_central_add
-#define sg_central_add slider_crank_own_sg_central_add
-#undef sg_central_arrive
-#define sg_central_arrive slider_crank_own_sg_central_arrive
-#undef sg_central_begin
-#define sg_central_begin slider_crank_own_sg_central_begin
-#undef sg_central_correct
-#define sg_central_correct slider_crank_own_sg_central_correct
-#undef sg_central_directions
-#define sg_central_directions slider_crank_own_sg_central_directions
-#undef sg_central_dot
-#define sg_central_dot slider_crank_own_sg_central_dot
-#undef sg_central_friction
-#define sg_central_friction slider_crank_own_sg_central_friction
-#undef sg_central_rows
-#define sg_central_rows slider_crank_own_sg_central_rows
-#undef sg_central_scales
-#define sg_central_scales slider_crank_own_sg_central_scales
-#undef sg_central_stride
-#define sg_central_stride slider_crank_own_sg_central_stride
-#undef sg_central_unit
-#define sg_central_unit slider_crank_own_sg_central_unit
 #undef sg_check_active
 #define sg_check_active slider_crank_own_sg_check_active
 #undef sg_check_back
@@ -399,10 +365,10 @@
 #define sg_first_slip slider_crank_own_sg_first_slip
 #undef sg_follow
 #define sg_follow slider_crank_own_sg_follow
-#undef sg_follow_central
-#define sg_follow_central slider_crank_own_sg_follow_central
 #undef sg_follow_parts
 #define sg_follow_parts slider_crank_own_sg_follow_parts
+#undef sg_follow_relaxed
+#define sg_follow_relaxed slider_crank_own_sg_follow_relaxed
 #undef sg_forget
 #define sg_forget slider_crank_own_sg_forget
 #undef sg_forward_captured
@@ -417,10 +383,14 @@
 #define sg_friction_growth slider_crank_own_sg_friction_growth
 #undef sg_friction_held
 #define sg_friction_held slider_crank_own_sg_friction_held
+#undef sg_friction_leans
+#define sg_friction_leans slider_crank_own_sg_friction_leans
 #undef sg_friction_margin
 #define sg_friction_margin slider_crank_own_sg_friction_margin
 #undef sg_friction_off
 #define sg_friction_off slider_crank_own_sg_friction_off
+#undef sg_friction_relaxed
+#define sg_friction_relaxed slider_crank_own_sg_friction_relaxed
 #undef sg_friction_rows
 #define sg_friction_rows slider_crank_own_sg_friction_rows
 #undef sg_friction_size
@@ -429,8 +399,6 @@
 #define sg_friction_slip slider_crank_own_sg_friction_slip
 #undef sg_friction_slips
 #define sg_friction_slips slider_crank_own_sg_friction_slips
-#undef sg_friction_smooth
-#define sg_friction_smooth slider_crank_own_sg_friction_smooth
 #undef sg_from_states
 #define sg_from_states slider_crank_own_sg_from_states
 #undef sg_gather
@@ -691,6 +659,26 @@
 #define sg_reduce slider_crank_own_sg_reduce
 #undef sg_reflect
 #define sg_reflect slider_crank_own_sg_reflect
+#undef sg_relax
+#define sg_relax slider_crank_own_sg_relax
+#undef sg_relax_begin
+#define sg_relax_begin slider_crank_own_sg_relax_begin
+#undef sg_relax_contact
+#define sg_relax_contact slider_crank_own_sg_relax_contact
+#undef sg_relax_leap
+#define sg_relax_leap slider_crank_own_sg_relax_leap
+#undef sg_relax_reduce
+#define sg_relax_reduce slider_crank_own_sg_relax_reduce
+#undef sg_relax_room
+#define sg_relax_room slider_crank_own_sg_relax_room
+#undef sg_relax_scales
+#define sg_relax_scales slider_crank_own_sg_relax_scales
+#undef sg_relax_set
+#define sg_relax_set slider_crank_own_sg_relax_set
+#undef sg_relax_states
+#define sg_relax_states slider_crank_own_sg_relax_states
+#undef sg_relax_sweep
+#define sg_relax_sweep slider_crank_own_sg_relax_sweep
 #undef sg_remember
 #define sg_remember slider_crank_own_sg_remember
 #undef sg_remember_before
@@ -755,8 +743,6 @@
 #define sg_signorini_event slider_crank_own_sg_signorini_event
 #undef sg_signorini_row
 #define sg_signorini_row slider_crank_own_sg_signorini_row
-#undef sg_signorini_smooth
-#define sg_signorini_smooth slider_crank_own_sg_signorini_smooth
 #undef sg_slip
 #define sg_slip slider_crank_own_sg_slip
 #undef sg_slip_at
@@ -777,8 +763,6 @@
 #define sg_smallest_gap slider_crank_own_sg_smallest_gap
 #undef sg_smooth_rows
 #define sg_smooth_rows slider_crank_own_sg_smooth_rows
-#undef sg_smoothed
-#define sg_smoothed slider_crank_own_sg_smoothed
 #undef sg_softness
 #define sg_softness slider_crank_own_sg_softness
 #undef sg_solve
@@ -817,8 +801,6 @@
 #define sg_times_axis slider_crank_own_sg_times_axis
 #undef sg_try
 #define sg_try slider_crank_own_sg_try
-#undef sg_turns
-#define sg_turns slider_crank_own_sg_turns
 #undef sg_wanted
 #define sg_wanted slider_crank_own_sg_wanted
 #undef sg_warm_start

@@ -39,13 +39,13 @@ typedef struct {
 
 /* What parts of one kind have in common; most models are a single part. Sizes carry the names that
    they have in Python. spatial: whether friction has several components; mobility: whether the
-   generated code finds the mobilities of all directions; directions: how many central paths may
-   turn back. Of its rows: which normal rows are velocities, which rows yield; of its contacts:
-   which restitution is Poisson's. NULL where the model has none of these. */
+   generated code finds the mobilities of all directions. Of its rows: which normal rows are
+   velocities, which rows yield; of its contacts: which restitution is Poisson's. NULL where the
+   model has none of these. */
 typedef struct {
     int n_q, n_g, n_gamma, n_N, n_F, n_R, n_contacts, n_bounds, n_compliance, n_loads, n_key,
         n_terms;
-    int spatial, mobility, directions;
+    int spatial, mobility;
     sg_factors mass;
     sg_rows direction;
     const sg_contact *contacts;
@@ -59,9 +59,9 @@ typedef struct {
     int kind, first;
 } sg_member;
 
-enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };                      /* kind of a percussion row */
-enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };                      /* info.percussions */
-enum { SG_COLD = 1, SG_CENTRAL_PATH = 2, SG_PATH = 4, SG_SOFT = 8 }; /* info.rescues */
+enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };                  /* kind of a percussion row */
+enum { SG_UNIQUE, SG_LEAST_NORM, SG_AS_FOUND };                  /* info.percussions */
+enum { SG_COLD = 1, SG_PATH = 4, SG_SOFT = 8, SG_RELAXED = 16 }; /* info.rescues */
 
 /* What an iteration may take for granted: velocities stay as they are but for round-off, which is
    not corrected; it is the first of a problem and will succeed; others failed before; it is the

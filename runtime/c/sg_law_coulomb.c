@@ -154,26 +154,38 @@ static inline int sg_into_cone(int n, real mu, real unit, real share, real *R_N,
 }
 
 #if SG_SPATIAL
-/* The law smoothed by e: -R_F = radius slip / size with size^2 = slip^2 + e^2, slip as percussions.
- */
-typedef struct {
-    real slip[SG_N_SLIP], along[SG_N_SLIP]; /* along: in units of the semi-axes, twice */
-    real size, soft, scale;
-} sg_smoothed;
-
-static inline void sg_friction_smooth(const SG(work) * w, int k, int f, real e, sg_smoothed *s) {
+/* Percussions that the law asks of contact k where its rows y answer 1 / step to them, as moved =
+   -prox(step y - R); steps are shorter along shorter semi-axes, as in (65) for an ellipse. */
+static inline void sg_friction_relaxed(const SG(work) * w, int k, const real *y, const real *R,
+                                       real step, real radius, real *moved) {
     const sg_contact *contact = sg_contact_at(w, k);
-    real sum = SG_C(0.0);
+    real z[SG_N_SLIP];
+    real share;
     int d;
-    s->scale = sg_over_axis(w, contact->friction, w->central.scale[f]);
-    s->soft = e * s->scale;
+    sg_fill(SG_N_SLIP, SG_C(0.0), z);
     for (d = 0; d < contact->components; ++d) {
-        s->slip[d] = w->scales.r_auto[f + d] * w->central.y[f + d];
-        const real own = sg_over_axis(w, contact->friction + d, s->slip[d]);
-        s->along[d] = sg_over_axis(w, contact->friction + d, own);
-        sum += own * own;
+        z[d] = sg_times_axis(w, contact->friction + d, step * y[d]) -
+               sg_over_axis(w, contact->friction + d, R[d]);
     }
-    s->size = SG_SQRT(sum + s->soft * s->soft);
+    share = sg_norm(contact->components, z);
+    share = share > radius ? radius / share : SG_C(1.0);
+    for (d = 0; d < contact->components; ++d) {
+        moved[d] = -sg_times_axis(w, contact->friction + d, share * z[d]);
+    }
+}
+
+/* 1 if percussions R of contact k are at the boundary of the set; `slip` is then their direction.
+ */
+static inline int sg_friction_leans(const SG(work) * w, int k, const real *R, real radius,
+                                    real *slip) {
+    int d;
+    if (!(sg_friction_size(w, k, R) > radius * (SG_C(1.0) - SG_SMALL))) {
+        return 0;
+    }
+    for (d = 0; d < sg_contact_at(w, k)->components && radius > SG_C(0.0); ++d) {
+        slip[d] = -R[d] / radius;
+    }
+    return 1;
 }
 #endif
 

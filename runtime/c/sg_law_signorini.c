@@ -43,20 +43,3 @@ static inline real sg_signorini_event(const SG(work) * w, int n, real way, int w
     *what = SG_OPENS;
     return was == SG_CLOSES ? SG_HUGE : sg_path_zero(w->path.R[n], way * w->path.R_rate[n]);
 }
-
-#if SG_SPATIAL
-/* The law smoothed by e, with a gap that is wider by e: R = (z + sqrt(z^2 + 4 e^2)) / 2 with
-   z = R - r y. Returns what the row loses, the share of the row's kinematics in its derivative, and
-   its derivative by e. */
-static inline real sg_signorini_smooth(const SG(work) * w, int n, real R, real e, real *share,
-                                       real *rate) {
-    const real scale = w->central.scale[n];
-    const real soft = e * scale;
-    const real gap = w->scales.r_auto[n] * w->central.y[n] + w->central.wider[n] * soft;
-    const real z = R - gap;
-    const real size = SG_SQRT(z * z + SG_C(4.0) * soft * soft);
-    *share = SG_C(0.5) * (SG_C(1.0) + z / size);
-    *rate = scale * (w->central.wider[n] * *share - SG_C(2.0) * soft / size);
-    return SG_C(0.5) * (z + size);
-}
-#endif

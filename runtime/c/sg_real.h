@@ -26,9 +26,6 @@ typedef SG(real) real;
 #define SG_TOUCH (1024.0F * FLT_EPSILON)   /* share of its scale within which a gap is closed */
 #define SG_GIVE (64.0F * FLT_EPSILON)      /* relative compliance of all rows along a path */
 #define SG_SMALL (8192.0F * FLT_EPSILON)   /* relative pivot below which rows may be dependent */
-#define SG_CENTRAL_END (1024.0F * FLT_EPSILON) /* smoothing where a central path ends, */
-#define SG_CENTRAL_NEAR \
-    (131072.0F * FLT_EPSILON) /* from where on it need not go further if it cannot */
 #else
 #if SG_EXTENDED
 #if LDBL_MANT_DIG <= DBL_MANT_DIG
@@ -59,8 +56,6 @@ typedef SG(real) real;
 #define SG_TOUCH (SG_C(4194304.0) * SG_EPS)
 #define SG_GIVE (SG_C(1024.0) * SG_EPS)
 #define SG_SMALL (SG_C(4294967296.0) * SG_EPS)
-#define SG_CENTRAL_END (SG_C(524288.0) * SG_EPS)
-#define SG_CENTRAL_NEAR (SG_C(4398046511104.0) * SG_EPS)
 #endif
 
 /* Rounding floors of rows are SG_FLOOR times their magnitude; within SG_BAND floors around zero a
@@ -108,21 +103,24 @@ typedef SG(real) real;
 #define SG_SWEEPS 200
 
 /* Newton iterations of a plain attempt, of contact states held, of contacts that are said to hold,
-   from where a path led; paths followed in one problem at first, in space fewer, and in all;
-   central paths of a whole step and of a substep; sets of contact states that are looked through,
-   iterations in each of them and from there. */
+   from where a path or a relaxation led; paths followed in one problem at first and in all; sets of
+   contact states that are looked through, iterations in each of them and from there. */
 #define SG_PLAIN 9
 #define SG_HELD 5
 #define SG_HOLDING 20
 #define SG_LANDING 5
 #define SG_TURNS 6
-#define SG_SPATIAL_TURNS 2
 #define SG_LAST_TURNS 24
-#define SG_CENTRAL_TURNS 4
-#define SG_SUBSTEP_TURNS 2
 #define SG_MOST_STATES 4096
 #define SG_SAID 2
 #define SG_AFTER_SAID 4
+
+/* Relaxation: how often in one problem, visits to all contacts in each, visits after which leaps
+   are thought of, and how equal the changes of two visits must be for one. */
+#define SG_RELAX_TURNS 4
+#define SG_RELAX_SWEEPS 400
+#define SG_RELAX_LEAP 20
+#define SG_RELAX_STEADY SG_C(0.03125)
 
 /* Share of the residual that counts as clearly nearer; share of the decrease along a direction that
    a search asks for; how often it halves its step. */
@@ -171,19 +169,6 @@ typedef SG(real) real;
 
 /* Floors of round-off within which the checker takes a row as solved. */
 #define SG_CHECK_FLOORS SG_C(64.0)
-
-/* Central path: the smoothing where it begins; how much wider gaps are; percussions that lead
-   nowhere, in units of their scales; the shortest stride; rounds to find its beginning, corrections
-   of one stride. */
-#define SG_CENTRAL_START SG_C(16.0)
-#define SG_WIDER SG_C(4.0)
-#define SG_CENTRAL_FAR SG_C(1.0e6)
-#define SG_CENTRAL_SHORT SG_C(1.0e-5)
-#define SG_CENTRAL_FALL SG_C(0.9)     /* share by which the smoothing falls in one stride at most */
-#define SG_CENTRAL_CLOSE SG_C(1.0e-6) /* square of a distance to the path that is none */
-#define SG_BLURRED SG_C(8.0) /* slip in units of the smoothing that is told from sticking */
-#define SG_CENTRAL_BEGIN 20
-#define SG_CENTRAL_CORRECT 5
 
 static inline real sg_max(real a, real b) { return a > b ? a : b; }
 

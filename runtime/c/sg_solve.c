@@ -1,8 +1,8 @@
 #pragma once
-#include "sg_central.c"
 #include "sg_check.c"
 #include "sg_least.c"
 #include "sg_path.c"
+#include "sg_relax.c"
 #include "sg_search.c"
 
 /* Solution of one problem: starting points and rescues. What the checker rejects is not solved. */
@@ -50,12 +50,11 @@ static int sg_budget(const SG(report) * info, int end, int wish) {
     return left < wish ? left : wish;
 }
 
-/* 1 if an earlier path ended in the present contact states; keeps them in `ends`. In space they say
-   little, the direction of slip gets better from path to path. */
+/* 1 if an earlier path ended in the present contact states; keeps them in `ends`. */
 static int sg_ended_here(const SG(work) * w, int n_rows, unsigned long *ends, int *count) {
     const unsigned long here = sg_fingerprint(w, n_rows);
     int k;
-    for (k = 0; k < *count && !sg_is_spatial(w); ++k) {
+    for (k = 0; k < *count; ++k) {
         if (ends[k] == here) {
             return 1;
         }
@@ -87,11 +86,6 @@ static int sg_land(SG(work) * w, const SG(params) * par, const SG(options) * opt
                      measure);
 }
 
-/* Paths that are followed in one problem at first. */
-static inline int sg_turns(const SG(work) * w) {
-    return sg_is_spatial(w) ? SG_SPATIAL_TURNS : SG_TURNS;
-}
-
 /* Contact states along paths number `turn` to `turns` - 1, each linearised where the one before
    led; Newton's method in those that are new and from there. */
 static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * opt,
@@ -115,8 +109,9 @@ static int sg_follow(SG(work) * w, const SG(params) * par, const SG(options) * o
 }
 
 #if SG_SPATIAL
-/* The same along at most `turns` central paths, each linearised where the one before ended. */
-static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(options) * opt,
+/* At most `turns` relaxations, each of the problem linearised where the one before ended; Newton's
+   method from there, unless that is a solution. */
+static int sg_follow_relaxed(SG(work) * w, const SG(params) * par, const SG(options) * opt,
                              SG(report) * info, int problem, int turns, int end, real *measure) {
     const sg_problem *pr = sg_problem_at(w, problem);
     const int n_rows = pr->n_slots * sg_n_R(w);
@@ -124,18 +119,21 @@ static int sg_follow_central(SG(work) * w, const SG(params) * par, const SG(opti
     int turn;
     for (turn = 0; turn < turns && info->iterations < end; ++turn) {
         ++info->iterations;
-        if (!sg_central(w, par, opt, problem, turn)) {
-            sg_cold_start(w, problem);
-            continue;
+        if (!sg_relax(w, par, opt, problem)) {
+            return status;
         }
-        sg_copy(pr->n_x, &w->x[pr->x], w->central.x_end);
-        sg_copy(n_rows, &w->R[pr->R], w->central.R_end);
+        *measure = sg_measure(w, par, opt, problem);
+        if (*measure <= SG_C(1.0)) {
+            return SG_K(OK);
+        }
+        sg_copy(pr->n_x, &w->x[pr->x], w->relax.x_end);
+        sg_copy(n_rows, &w->R[pr->R], w->relax.R_end);
         status = sg_land(w, par, opt, info, problem, SG_HELD, end, measure);
         if (status == SG_K(OK)) {
             return status;
         }
-        sg_copy(pr->n_x, w->central.x_end, &w->x[pr->x]);
-        sg_copy(n_rows, w->central.R_end, &w->R[pr->R]);
+        sg_copy(pr->n_x, w->relax.x_end, &w->x[pr->x]);
+        sg_copy(n_rows, w->relax.R_end, &w->R[pr->R]);
     }
     return status;
 }
@@ -189,9 +187,9 @@ enum {
     SG_WARM_START,
     SG_COLD_START,
     SG_HARDEN,
+    SG_RELAX,
     SG_FOLLOW,
     SG_FOLLOW_ON,
-    SG_FOLLOW_CENTRAL,
     SG_SEEK,
     SG_ATTEMPTS
 };
@@ -199,13 +197,13 @@ enum {
 /* How much is tried: for a whole step, for it again once that failed, in a substep. */
 enum { SG_WHOLE, SG_AGAIN, SG_SUBSTEP };
 
-/* 1 if an attempt belongs to the effort: paths in the plane, central paths in space, in a substep
+/* 1 if an attempt belongs to the effort: paths in the plane, relaxation in space, in a substep
    few of them; again only contacts that hold, in the problem that failed or that it follows. */
 static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, int effort) {
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     const sg_problem *pr = sg_problem_at(w, problem);
     const int searched = sg_is_searched(w, pr);
-    const int fits = sg_have_room(pr->n_slots * sg_n_R(w)); /* paths need all rows */
+    const int fits = sg_have_room(pr->n_slots * sg_n_R(w)); /* both need all rows */
     const int ahead = effort == SG_AGAIN && problem + 1 == w->found.stuck &&
                       sg_problem_at(w, w->found.stuck)->follows;
     switch (attempt) {
@@ -219,12 +217,12 @@ static int sg_is_tried(const SG(work) * w, int problem, int attempt, int warm, i
             return !stuck && !(warm && sg_is_heavy(w));
         case SG_HARDEN:
             return sg_is_heavy(w) && !stuck;
+        case SG_RELAX:
+            return fits && sg_is_spatial(w) && !stuck;
         case SG_FOLLOW:
-            return fits && !stuck;
+            return fits && !sg_is_spatial(w) && !stuck;
         case SG_FOLLOW_ON:
             return fits && !sg_is_spatial(w) && effort != SG_SUBSTEP && !stuck && !searched;
-        case SG_FOLLOW_CENTRAL:
-            return fits && sg_is_spatial(w) && !stuck;
         default:
             return !stuck;
     }
@@ -253,19 +251,18 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
             return sg_harden(w, par, opt, info, problem, end, measure);
 #endif
         case SG_FOLLOW:
-            return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : sg_turns(w),
+            return sg_follow(w, par, opt, info, problem, 0, effort == SG_SUBSTEP ? 1 : SG_TURNS,
                              end, measure);
         case SG_FOLLOW_ON:
-            return sg_follow(w, par, opt, info, problem, sg_turns(w), SG_LAST_TURNS, on, measure);
+            return sg_follow(w, par, opt, info, problem, SG_TURNS, SG_LAST_TURNS, on, measure);
 #if SG_SEARCHED
         case SG_SEEK:
             return sg_seek(w, par, opt, info, problem, on, measure);
 #endif
 #if SG_SPATIAL
-        case SG_FOLLOW_CENTRAL:
-            return sg_follow_central(w, par, opt, info, problem,
-                                     effort == SG_SUBSTEP ? SG_SUBSTEP_TURNS : SG_CENTRAL_TURNS,
-                                     end, measure);
+        case SG_RELAX:
+            return sg_follow_relaxed(w, par, opt, info, problem,
+                                     effort == SG_SUBSTEP ? 1 : SG_RELAX_TURNS, end, measure);
 #endif
         default:
             return sg_newton(w, par, opt, problem,
@@ -279,8 +276,8 @@ static int sg_try(SG(work) * w, const SG(part) * s, const SG(params) * par, cons
 static int sg_solve(SG(work) * w, const SG(part) * s, const SG(params) * par,
                     const SG(options) * opt, SG(report) * info, int problem, int warm, int effort,
                     int end) {
-    static const int rescue[SG_ATTEMPTS] = {SG_PATH, 0,       SG_COLD,         SG_SOFT,
-                                            SG_PATH, SG_PATH, SG_CENTRAL_PATH, SG_PATH};
+    static const int rescue[SG_ATTEMPTS] = {SG_PATH,    0,       SG_COLD, SG_SOFT,
+                                            SG_RELAXED, SG_PATH, SG_PATH, SG_PATH};
     const int stuck = effort == SG_AGAIN && problem == w->found.stuck;
     int status = SG_K(NOT_CONVERGED);
     real measure = SG_HUGE;

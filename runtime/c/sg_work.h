@@ -126,21 +126,14 @@ typedef struct {
     real R_rate[SG_N_ROWS];    /* their rate with tau */
 } SG(path);
 
-/* sg_central.c: a central path, for contacts in space; one number each where there are none. */
+/* sg_relax.c: relaxation of contacts in space; one number each where there are none. */
 typedef struct {
-    int directions;               /* how many it may still take */
-    real row_scale[SG_N_CENTRAL]; /* of the rows in the choice of pivots */
-    real scale[SG_N_CENTRAL];     /* of the percussions, one energy for all contacts */
-    real wider[SG_N_CENTRAL];     /* how much wider gaps are, in units of e times scale */
-    real y[SG_N_CENTRAL];         /* kinematic rows */
-    real R[SG_N_CENTRAL];         /* percussions on the path */
-    real next[SG_N_CENTRAL];      /* percussions one stride ahead */
-    real tangent[SG_N_CENTRAL];   /* direction of the path */
-    real rows[SG_N_CENTRAL];      /* smoothed rows, then Newton's direction */
-    real rates[SG_N_CENTRAL];     /* their rate with e, then the path's with its logarithm */
-    real x_end[SG_N_CENTRAL_X];   /* where the path ended */
-    real R_end[SG_N_CENTRAL];     /* and its percussions */
-} SG(central);
+    real scale[SG_N_RELAX];   /* of the percussions, one energy for all contacts */
+    real before[SG_N_RELAX];  /* percussions before a sweep */
+    real change[SG_N_RELAX];  /* by how much it changed them */
+    real x_end[SG_N_RELAX_X]; /* where relaxation ended */
+    real R_end[SG_N_RELAX];   /* and its percussions */
+} SG(relax);
 
 /* sg_solve.c and sg_step.c: what was found, for the checker and the next step. */
 typedef struct {

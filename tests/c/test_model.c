@@ -270,7 +270,7 @@ static void test_ends(void) {
         ENSURE(sg_newton(&work, &bad, &opt, 0, 5, 0, &iterations, &measure) == M_SINGULAR);
         ENSURE(!sg_path(&work, &bad, &opt, 0, 0));
 #if SG_SPATIAL
-        ENSURE(!sg_central(&work, &bad, &opt, 0, 0));
+        ENSURE(!sg_relax(&work, &bad, &opt, 0));
 #endif
     }
     /* masses: not finite, singular, without a diagonal */
@@ -402,8 +402,8 @@ int main(void) {
 #endif
     test_least_norm();
 #if SG_SPATIAL
-    test_central_rows();
-    test_central_paths();
+    test_relaxation_eliminates();
+    test_relaxation();
 #endif
 #if SG_SEARCHED
     test_states_are_all_said();

@@ -1,5 +1,4 @@
-/* Paths and central paths: what they solve, where they end, what Newton's method needs from there.
- */
+/* Paths and relaxation: what they solve, where they end, what Newton's method needs from there. */
 
 /* The percussions at the end of a path satisfy the contact laws of the linearised problem, up to a
    share `tolerance` of the largest one; `turns`: in space, too, friction is against the slip. */
@@ -90,11 +89,10 @@ static void check_linear_rows(int problem, const m_work *from) {
 }
 
 #if SG_SPATIAL
-/* Derivatives of the smoothed rows against difference quotients. */
-static void test_central_rows(void) {
-    static double R[ROWS], rows[ROWS], by_e[ROWS], jacobian[ROWS * ROWS];
-    const double e = 0.3;
-    const double step = 1e-6;
+/* Bilateral percussions are eliminated: with what they answer to any percussions of contacts, their
+   own rows of the linearised problem vanish, and those of contacts are what the whole gives. */
+static void test_relaxation_eliminates(void) {
+    static double S[ROWS * ROWS], y_0[ROWS], R[ROWS], y[ROWS];
     int trial, problem, a, b;
     for (trial = 0; trial < 20; ++trial) {
         draw_start();
@@ -102,61 +100,59 @@ static void test_central_rows(void) {
         for (problem = 0; problem < SG_N_PROBLEMS; ++problem) {
             const sg_problem *pr = &sg_problems[problem];
             const int n = pr->n_slots * SG_N_R;
+            double top = 1e-300;
             draw_unknowns(problem);
-            if (!sg_linearise(&work, &par, &opt, problem) || !sg_central_scales(&work, pr, trial)) {
+            if (!sg_linearise(&work, &par, &opt, problem)) {
+                continue;
+            }
+            sg_copy(n * n, work.system.S, S);
+            sg_copy(n, work.linear.y_0, y_0);
+            for (a = 0; a < pr->n_slots; ++a) {
+                sg_bilateral_kinds(&work, pr, a);
+            }
+            if (!sg_relax_reduce(&work, pr)) {
                 continue;
             }
             for (a = 0; a < n; ++a) {
-                R[a] = uniform() * work.central.scale[a];
+                const int holds = a % SG_N_R < SG_NORMAL;
+                R[a] = holds ? 0.0 : uniform();
             }
-            sg_central_rows(&work, pr, R, e);
-            sg_copy(n, work.central.rows, rows);
-            sg_copy(n, work.central.rates, by_e);
-            sg_copy(n * n, work.system.LU, jacobian);
-            sg_central_rows(&work, pr, R, e + step);
             for (a = 0; a < n; ++a) {
-                const double slope = (work.central.rows[a] - rows[a]) / step;
-                ENSURE(fabs(slope - by_e[a]) <= 1e-4 * (fabs(slope) + work.central.scale[a]));
-            }
-            for (b = 0; b < n; ++b) {
-                const double kept = R[b];
-                R[b] += step * work.central.scale[b];
-                sg_central_rows(&work, pr, R, e);
-                for (a = 0; a < n; ++a) {
-                    const double slope =
-                        (work.central.rows[a] - rows[a]) / (step * work.central.scale[b]);
-                    const double unit = work.central.scale[a] / work.central.scale[b];
-                    ENSURE(fabs(slope - jacobian[a * n + b]) <= 1e-4 * (fabs(slope) + unit));
+                y[a] = work.linear.y_0[a];
+                for (b = 0; b < n; ++b) {
+                    y[a] += work.system.S[b * n + a] * R[b];
                 }
-                R[b] = kept;
             }
-            if (n > 0) {
-                /* the path ends where no directions, no stride, no numbers are left */
-                double stride = 0.1 * SG_CENTRAL_SHORT;
-                double at = e;
-                work.central.directions = 0;
-                ENSURE(!sg_central_directions(&work, pr, R, e));
-                work.central.directions = 2;
-                sg_copy(n, R, work.central.next);
-                ENSURE(!sg_central_correct(&work, pr, 1.0, -1.0, &at) &&
-                       work.central.directions == 2);
-                work.central.directions = 9;
-                ENSURE(!sg_central_stride(&work, pr, 1.0, -1.0, &stride, &at) && at == e);
-                ENSURE(!sg_central_directions(&work, pr, R, NAN));
-                work.linear.y_0[0] = 1e300;
-                sg_copy(n, R, work.central.next);
-                (void)sg_central_correct(&work, pr, 1.0, -1.0, &at);
-                sg_fill(SG_N_R, 0.0, work.scales.percussion_scale);
-                ENSURE(!sg_central_scales(&work, pr, 0));
+            for (a = 0; a < n; ++a) {
+                if (a % SG_N_R < SG_NORMAL) {
+                    R[a] = work.rows.kind[a] == SG_ROW_FREE ? y[a] : 0.0;
+                }
+                top = fmax(top, fabs(R[a]));
+            }
+            for (a = 0; a < n; ++a) {
+                double whole = y_0[a] + sg_softness(&work, n, a) * (a % SG_N_R < SG_NORMAL) * R[a];
+                double size = fabs(y_0[a]);
+                for (b = 0; b < n; ++b) {
+                    whole += S[b * n + a] * R[b];
+                    size += fabs(S[b * n + a] * R[b]);
+                }
+                if (a % SG_N_R < SG_NORMAL && work.rows.kind[a] == SG_ROW_FREE) {
+                    ENSURE(fabs(whole) <= 1e-6 * size);
+                } else if (a % SG_N_R >= SG_NORMAL) {
+                    ENSURE(fabs(whole - y[a]) <= 1e-6 * (size + fabs(y[a])));
+                }
             }
         }
+        sg_fill(SG_N_R, 0.0, work.scales.percussion_scale);
+        ENSURE(SG_N_R == 0 || !sg_relax_scales(&work, &sg_problems[0]));
     }
 }
 
-/* At the end of a central path the laws of the linearised problem hold nearly; Newton's method
-   needs few iterations from there. */
-static void test_central_paths(void) {
-    int followed = 0;
+/* Where relaxation comes to an end the laws of the linearised problem hold; Newton's method needs
+   few iterations from there. */
+static void test_relaxation(void) {
+    static m_work found;
+    int settled = 0;
     int solved = 0;
     int trial, problem;
     for (trial = 0; trial < 40; ++trial) {
@@ -168,8 +164,15 @@ static void test_central_paths(void) {
             sg_cold_start(&work, problem);
             sg_leave_out(&work, problem);
             other = work;
-            if (SG_N_R > 0 && sg_central(&work, &par, &opt, problem, trial % 3)) {
-                ++followed;
+            if (SG_N_R > 0 && sg_relax(&work, &par, &opt, problem) &&
+                sg_relax_sweep(&work, &sg_problems[problem]) <= 1e-9) {
+                ++settled;
+                found = work;
+                work = other;
+                ENSURE(sg_linearise(&work, &par, &opt, problem));
+                found.linear = work.linear;
+                sg_copy(ROWS * ROWS, work.system.S, found.system.S);
+                work = found;
                 check_linear_laws(problem, 1e-2, 1);
                 check_linear_rows(problem, &other);
                 solved +=
@@ -181,8 +184,8 @@ static void test_central_paths(void) {
             }
         }
     }
-    ENSURE(SG_N_R == 0 || followed >= 40);
-    ENSURE(solved >= followed - followed / 10);
+    ENSURE(SG_N_R == 0 || settled >= 40);
+    ENSURE(solved >= settled - settled / 10);
 }
 #endif
 
