@@ -26,8 +26,9 @@ def from_mjcf(
     """A model from an MJCF file or its text.
 
     Bodies with their inertias, joints with armature, stiffness, damping, friction loss and limits,
-    equality constraints of joints and points, actuators on joints (their controls are inputs),
-    gravity; contacts of collision primitives with the planes of the world, and of balls with each
+    tendons along joints, equality constraints of joints, tendons and points, welds, actuators on
+    joints and such tendons (their controls are inputs, their forces keep their limits), gravity;
+    contacts of collision primitives with the planes of the world, and of balls with each
     other. Contacts and limits are rigid: what MuJoCo says of their softness does not count.
 
     Parameters

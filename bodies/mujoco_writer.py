@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from signorini.bodies.algebra import is_zero, subtract
 from signorini.bodies.frames import Frame, Point
+from signorini.bodies.mujoco_tendons import Tendons, Transmission
 from signorini.bodies.shapes import Ellipsoid, Plane, Round
 from signorini.bodies.spatial import Spatial
 from signorini.codegen.frontend.errors import ModelError
@@ -22,6 +23,9 @@ _UNREAD = (
     ("jnt_stiffnesspoly", "stiffness that is not linear"),
     ("dof_dampingpoly", "damping that is not linear"),
     ("jnt_springyield", "springs that yield"),
+    ("tendon_stiffnesspoly", "stiffness of tendons that is not linear"),
+    ("tendon_dampingpoly", "damping of tendons that is not linear"),
+    ("tendon_springyield", "springs of tendons that yield"),
     ("actuator_damping", "damping of actuators"),
     ("actuator_armature", "armature of actuators"),
     ("actuator_delay", "delay of actuators"),
@@ -102,7 +106,12 @@ class Writer:
         word = clean(self.mujoco.mj_id2name(self.m, objects, k) or fallback)
         if kind == "BODY":
             return word  # no name of the model
-        others = {"ACTUATOR": f"u_{word}", "GEOM": f"{word}_contact", "EQUALITY": f"{word}_tie"}
+        others = {
+            "ACTUATOR": f"u_{word}",
+            "GEOM": f"{word}_contact",
+            "EQUALITY": f"{word}_tie",
+            "TENDON": f"{word}_tendon",
+        }
         base, count = others.get(kind, word), 1
         while word in self.taken:
             word = base if count == 1 and base != word else f"{base}_{count + 1}"
@@ -134,11 +143,13 @@ class Writer:
         for body in range(1, self.m.nbody):
             self._body(body)
         self._limits()
+        self.tendons = Tendons(self.m, self.model, self._coordinate)
+        self._tendons()
         self._equalities()
         self._actuators()
         self._contacts()
         for kind, count in (
-            ("tendon", self.m.ntendon), ("skin", self.m.nskin), ("flexible body", self.m.nflex),
+            ("skin", self.m.nskin), ("flexible body", self.m.nflex),
             ("plugin", self.m.nplugin),
         ):  # fmt: skip
             if count:
@@ -302,33 +313,72 @@ class Writer:
                 # a mechanism that is plane has nothing to say of the third direction
                 rows = [row for row in apart if not is_zero(row)]
                 self.model.constraint(self._named("EQUALITY", k, f"equality_{k}"), rows)
+            elif m.eq_type[k] == _WELD and m.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_BODY:
+                self._weld(self._named("EQUALITY", k, f"equality_{k}"), one, other, data)
+            elif m.eq_type[k] == _TENDON and {one, other} <= {-1, *self.tendons.read}:
+                name = self._named("EQUALITY", k, f"equality_{k}")
+                self.model.constraint(name, self.tendons.follows(one, other, m.eq_data[k]))
             else:
-                self._leave(f"equality '{said}'", "only joints and connected points are taken")
+                self._leave(
+                    f"equality '{said}'",
+                    "only joints, tendons along joints, connected points and welds are taken",
+                )
+
+    def _weld(self, name: str, one: int, other: int, data: list[float]) -> None:
+        """A point of each body stays with that of the other, which stays turned as it is said."""
+        quat = np.array(data[6:10]) / np.linalg.norm(data[6:10])
+        turned = self._turned(self.frames[one], name, quat, (0.0, 0.0, 0.0))
+        a, b = self.frames[one].point(*data[3:6]), self.frames[other].point(*data[0:3])
+        rows = [*subtract(a.position, b.position), *self.world.aligned(turned, self.frames[other])]
+        self.model.constraint(name, [row for row in rows if not is_zero(row)])
+
+    def _tendons(self) -> None:
+        for k in range(self.m.ntendon):
+            if k not in self.tendons.read:
+                said = self._said("TENDON", k)
+                self._leave(f"tendon '{said}'", "only tendons along joints are taken")
+        names = {k: self._named("TENDON", k, f"tendon_{k}") for k in self.tendons.read}
+        self.tendons.act(names, self.world.algebra, self.world.add_energy, self.e_N)
+
+    def _clamped(self, x: Any, limits: np.ndarray) -> Any:
+        low, high = map(float, limits)
+        return self.world.algebra.minimum(self.world.algebra.maximum(x, low), high)
+
+    def _transmission(self, k: int) -> tuple[Transmission, int] | None:
+        """What actuator k moves, and its joint, or minus one and less for a tendon."""
+        m, kinds, target = self.m, self.mujoco.mjtTrn, int(self.m.actuator_trnid[k, 0])
+        if m.actuator_trntype[k] == kinds.mjTRN_JOINT and m.jnt_type[target] in (_HINGE, _SLIDE):
+            q, v, name = self._coordinate(target)
+            return Transmission(q, v, {name: 1.0}), target
+        if m.actuator_trntype[k] == kinds.mjTRN_TENDON and target in self.tendons.read:
+            return self.tendons.read[target], -1 - target
+        return None
 
     def _actuators(self) -> None:
         m, kinds = self.m, self.mujoco
+        pulls: dict[int, tuple[Transmission, list[tuple[float, Any]]]] = {}  # gears, forces
         for k in range(m.nu):
             said = self._said("ACTUATOR", k)
-            joint = int(m.actuator_trnid[k, 0])
+            moved = self._transmission(k)
             gains = (int(kinds.mjtGain.mjGAIN_FIXED), int(kinds.mjtGain.mjGAIN_AFFINE))
             biases = (int(kinds.mjtBias.mjBIAS_NONE), int(kinds.mjtBias.mjBIAS_AFFINE))
-            whole = (
-                m.actuator_trntype[k] == kinds.mjtTrn.mjTRN_JOINT
-                and m.jnt_type[joint] in (_HINGE, _SLIDE)
-                and m.actuator_dyntype[k] == kinds.mjtDyn.mjDYN_NONE
-                and m.actuator_gaintype[k] in gains
-                and m.actuator_biastype[k] in biases
-            )
-            if not whole:
-                self._leave(f"actuator '{said}'", "only gains on hinges and slides are taken")
+            if (
+                moved is None
+                or m.actuator_dyntype[k] != kinds.mjtDyn.mjDYN_NONE
+                or m.actuator_gaintype[k] not in gains
+                or m.actuator_biastype[k] not in biases
+            ):
+                self._leave(
+                    f"actuator '{said}'",
+                    "only gains on hinges, slides and tendons along joints are taken",
+                )
                 continue
-            q, v, name = self._coordinate(joint)
+            along, target = moved
             gear = float(m.actuator_gear[k, 0])
             (u,) = self.model.inputs(self._named("ACTUATOR", k, f"u_{k}"))
             if m.actuator_ctrllimited[k]:
-                low, high = map(float, m.actuator_ctrlrange[k])
-                u = self.world.algebra.minimum(self.world.algebra.maximum(u, low), high)
-            length, rate = gear * q, gear * v
+                u = self._clamped(u, m.actuator_ctrlrange[k])
+            length, rate = gear * along.length, gear * along.rate
             gain: Any = float(m.actuator_gainprm[k, 0])
             if m.actuator_gaintype[k] == kinds.mjtGain.mjGAIN_AFFINE:
                 gain = gain + float(m.actuator_gainprm[k, 1]) * length
@@ -337,9 +387,33 @@ class Writer:
             if m.actuator_biastype[k] == kinds.mjtBias.mjBIAS_AFFINE:
                 bias = [float(x) for x in m.actuator_biasprm[k, :3]]
                 force = force + bias[0] + bias[1] * length + bias[2] * rate
-            self.model.force({name: gear * force})
-            if m.actuator_forcelimited[k] or m.jnt_actfrclimited[joint]:
-                self._leave(f"limit of the force of actuator '{said}'", "it is not kept")
+            if m.actuator_forcelimited[k]:
+                force = self._clamped(force, m.actuator_forcerange[k])
+            pulls.setdefault(target, (along, []))[1].append((gear, force))
+        on: dict[str, Any] = {}  # forces by coordinate
+        for target, (along, forces) in pulls.items():
+            pull = sum(gear * force for gear, force in forces)
+            if target < 0 and m.tendon_actfrclimited[-1 - target]:
+                pull = self._limited(-1 - target, forces)
+            for name, share in along.shares.items():
+                on[name] = on.get(name, 0.0) + share * pull
+        for joint in range(m.njnt):
+            if m.jnt_actfrclimited[joint] and m.jnt_type[joint] in (_HINGE, _SLIDE):
+                name = self._coordinate(joint)[2]
+                if name in on:
+                    on[name] = self._clamped(on[name], m.jnt_actfrcrange[joint])
+        if on:
+            self.model.force(on)
+
+    def _limited(self, tendon: int, forces: list[tuple[float, Any]]) -> Any:
+        """What actuators pull along a tendon; the limit is of their forces before the gears."""
+        gears = {gear for gear, _ in forces}
+        if len(gears) > 1:
+            said = self._said("TENDON", tendon)
+            self._leave(f"limit of the forces along tendon '{said}'", "their gears differ")
+            return sum(gear * force for gear, force in forces)
+        total = sum(force for _, force in forces)
+        return gears.pop() * self._clamped(total, self.m.tendon_actfrcrange[tendon])
 
     # --- contacts ---
 

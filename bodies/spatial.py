@@ -271,13 +271,13 @@ class Spatial(Scene):
         a = self._axis(name, axis)
         apart = subtract(one.position, other.position)
         across = [dot(other.frame.direction(*b), apart) for b in perpendicular(a)]
-        self.model.constraint(name, [*across, *self._aligned(one.frame, other.frame)])
+        self.model.constraint(name, [*across, *self.aligned(one.frame, other.frame)])
 
     def rigid(self, name: str, one: Point, other: Point) -> None:
         """Weld: the points stay together and the frames parallel (turn one with `frame`)."""
         self.looks.joint(one, other)
         apart = subtract(one.position, other.position)
-        self.model.constraint(name, [*apart, *self._aligned(one.frame, other.frame)])
+        self.model.constraint(name, [*apart, *self.aligned(one.frame, other.frame)])
 
     def _axis(self, name: str, axis: Sequence[float]) -> Vector:
         what = f"axis of joint '{name}'"
@@ -290,7 +290,8 @@ class Spatial(Scene):
         axis = other.direction(*b)
         return [dot(one.direction(*c), axis) for c in perpendicular(a)]
 
-    def _aligned(self, one: Frame, other: Frame) -> list[Any]:
+    def aligned(self, one: Frame, other: Frame) -> list[Any]:
+        """Three expressions that vanish where two frames are parallel."""
         pairs = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, 1)), ((0, 0, 1), (1, 0, 0)))
         return [dot(one.direction(*a), other.direction(*b)) for a, b in pairs]
 

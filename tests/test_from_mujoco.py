@@ -324,6 +324,98 @@ def test_constraints_of_a_file() -> None:
     ]
 
 
+HAND = """<mujoco model="hand"><compiler angle="radian"/><worldbody>
+<body name="one"><joint name="a" axis="0 1 0" actuatorfrcrange="-.8 .9" actuatorfrclimited="true"/>
+ <inertial pos=".1 0 0" mass="1" diaginertia=".01 .02 .02"/>
+ <body name="two" pos=".2 0 0"><joint name="b" axis="0 1 .3"/>
+  <inertial pos=".1 0 0" mass=".5" diaginertia=".005 .006 .007"/>
+  <body name="three" pos=".2 0 0"><joint name="c" type="slide" axis="1 0 .2"/>
+   <inertial pos=".05 0 0" mass=".3" diaginertia=".002 .003 .002"/></body></body></body></worldbody>
+<tendon><fixed name="pull" range="-1.1 1.3" limited="true" stiffness="7" springlength="-.1 .2"
+  damping=".4" armature=".03" frictionloss=".2" actuatorfrcrange="-.5 .7"
+  actuatorfrclimited="true"><joint joint="a" coef="1.2"/><joint joint="b" coef="-.7"/></fixed>
+ <fixed name="other" stiffness="3" springlength=".05"><joint joint="b" coef=".5"/>
+  <joint joint="c" coef="2"/></fixed></tendon>
+<equality><tendon tendon1="pull" tendon2="other" polycoef="0 .8 .3 0 0"/></equality>
+<actuator><motor name="m" joint="a" gear="2" forcerange="-.35 .3" forcelimited="true"/>
+ <position name="p" tendon="pull" kp="4" kv=".3" gear="1.5"/>
+ <motor name="s" joint="c" ctrlrange="-1 1" ctrllimited="true"/></actuator></mujoco>"""
+
+
+def test_tendons_and_limits_of_forces() -> None:
+    """Masses and forces are MuJoCo's, in every clamp; gaps and the tie of two tendons as written in
+    the file.
+    """
+    imported = from_mjcf(HAND)
+    assert imported.left_out == []
+    of = Derivation(freeze(imported.model))
+    data = of.data
+    par = [p.default for p in data.parameters]
+    f = ca.Function("f", [data.t, data.q, data.v, data.par, data.u], [of["f"]])
+    values = Values(imported)
+    m = mujoco.MjModel.from_xml_string(HAND)
+    theirs = mujoco.MjData(m)
+    rng = np.random.default_rng(3)
+    clamped = set()
+    names = [c.name for c in data.contacts if c.g_N is not None]
+    for _ in range(40):
+        q, v, u = rng.normal(size=3) * 0.6, rng.normal(size=3), rng.normal(size=3)
+        theirs.qpos[:], theirs.qvel[:], theirs.ctrl[:] = q, v, u
+        mujoco.mj_forward(m, theirs)
+        M = np.zeros((3, 3))
+        mujoco.mj_fullM(m, theirs, M)
+        np.testing.assert_allclose(values("p_v", q), M, rtol=0, atol=1e-12)
+        found = np.array(f(0, q, v, par, u))[:, 0]
+        np.testing.assert_allclose(
+            found, theirs.qfrc_actuator + theirs.qfrc_passive, rtol=0, atol=1e-12
+        )
+        clamped.add(round(float(theirs.qfrc_actuator[0]), 9))
+        pull, other = 1.2 * q[0] - 0.7 * q[1], 0.5 * q[1] + 2 * q[2]
+        gaps = dict(zip(names, values("g_N", q), strict=True))
+        assert gaps["pull_lower"] == pytest.approx(pull + 1.1, abs=1e-14)
+        assert gaps["pull_upper"] == pytest.approx(1.3 - pull, abs=1e-14)
+        tie = pull - (0.8 * other + 0.3 * other**2)
+        assert values("g", q).item() == pytest.approx(tie, abs=1e-14)
+    assert clamped & {-0.8, 0.9}  # the limit of the joint was met
+
+
+def test_welds_hold_what_mujocos_hold() -> None:
+    """Where MuJoCo's weld has no error ours has none, and both leave the same motions."""
+    text = """<mujoco model="welded"><worldbody>
+    <body name="a" pos=".1 .2 1"><freejoint/>
+     <inertial pos=".1 0 0" mass="1" diaginertia=".01 .02 .02"/></body>
+    <body name="b" pos=".5 -.1 1.2" quat=".6 .3 .7 .1"><freejoint/>
+     <inertial pos="0 .1 0" mass="2" diaginertia=".03 .02 .02"/></body></worldbody>
+    <equality><weld name="glue" body1="a" body2="b" anchor=".1 .2 .3"/></equality></mujoco>"""
+    imported = from_mjcf(text)
+    assert imported.left_out == []
+    values = Values(imported)
+    m = mujoco.MjModel.from_xml_string(text)
+    m.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    data = mujoco.MjData(m)
+    rng = np.random.default_rng(5)
+    start = np.array(m.qpos0)
+    for _ in range(3):
+        # turn and move both bodies as one
+        turn, shift = rng.normal(size=4), rng.normal(size=3)
+        turn /= np.linalg.norm(turn)
+        q = start.copy()
+        for first in (0, 7):
+            mujoco.mju_rotVecQuat(q[first : first + 3], start[first : first + 3], turn)
+            q[first : first + 3] += shift
+            mujoco.mju_mulQuat(q[first + 3 : first + 7], turn, start[first + 3 : first + 7])
+        data.qpos[:] = q
+        mujoco.mj_forward(m, data)
+        np.testing.assert_allclose(data.efc_pos, 0, atol=1e-12)
+        np.testing.assert_allclose(values("g", q), 0, atol=1e-12)
+        T = rates(m, q)
+        J = np.array(data.efc_J).reshape(-1, m.nv)
+        W = values("W_g", q).T @ T  # lengths of quaternions do not change along T
+        assert np.linalg.matrix_rank(J, tol=1e-6) == 6
+        assert np.linalg.matrix_rank(W, tol=1e-6) == 6
+        assert np.linalg.matrix_rank(np.vstack([J, W]), tol=1e-6) == 6
+
+
 def test_balls_that_touch_each_other() -> None:
     text = """<mujoco model="balls"><worldbody>
     <body><joint name="a" type="slide"/><geom name="one" size=".1" friction=".3 0 0"/></body>
@@ -403,16 +495,16 @@ def test_what_has_no_counterpart_is_listed() -> None:
     <body name="a" pos="0 0 2"><joint name="spin" type="ball" range="0 1" limited="true"
       damping=".1"/><geom name="w" type="mesh" mesh="wedge"/></body>
     <body name="b" gravcomp="1"><joint name="h" actuatorfrcrange="-1 1" actuatorfrclimited="true"/>
-      <geom name="s" size=".1" pos="0 0 1" contype="0" conaffinity="0"/></body></worldbody>
-    <tendon><fixed name="t"><joint joint="h" coef="1"/></fixed></tendon>
+      <geom name="s" size=".1" pos="0 0 1" contype="0" conaffinity="0"/>
+      <site name="here" pos="0 0 1"/></body><site name="there"/></worldbody>
+    <tendon><spatial name="t"><site site="here"/><site site="there"/></spatial></tendon>
     <actuator><motor name="pull" tendon="t"/><motor name="turn" joint="h"/></actuator></mujoco>"""
     assert from_mjcf(text).left_out == [
         "damping and stiffness of joint 'spin': it has a quaternion",
         "limit of joint 'spin': it has a quaternion",
-        "actuator 'pull': only gains on hinges and slides are taken",
-        "limit of the force of actuator 'turn': it is not kept",
+        "tendon 't': only tendons along joints are taken",
+        "actuator 'pull': only gains on hinges, slides and tendons along joints are taken",
         "contact of geom 'w': it is a mesh (meshes='box' takes its box)",
-        "1 tendon(s): there is no counterpart",
         "gravity compensation: add a force of your own",
     ]
     boxed: Imported = from_mjcf(text, meshes="box")
