@@ -1,6 +1,7 @@
 """Run scenes, judge every step, add up."""
 
 import multiprocessing
+import time
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep
 from signorini.runtime.stepper import Stepper
 from signorini.stress.corpus import CORPUS, SCENES
@@ -40,6 +42,7 @@ class Result:
     gain: float = 0.0
     rescues: Counter[str] = field(default_factory=Counter)
     iterations: Counter[int] = field(default_factory=Counter)
+    times: list[float] = field(default_factory=list)
     failures: list[FailedStep] = field(default_factory=list)
 
     def add(self, other: "Result") -> None:
@@ -51,6 +54,7 @@ class Result:
             setattr(self, name, max(getattr(self, name), getattr(other, name)))
         self.rescues += other.rescues
         self.iterations += other.iterations
+        self.times += other.times
         self.failures += other.failures
 
     def quantile(self, share: float) -> int:
@@ -61,6 +65,10 @@ class Result:
             if left <= 0:
                 return count
         return 0
+
+    def time(self, share: float) -> float:
+        """Time of a step that this share of them did not exceed [us]; NaN if none was measured."""
+        return float(np.quantile(self.times, share)) if self.times else np.nan
 
     @property
     def mean(self) -> float:
@@ -81,8 +89,34 @@ def case_of(scene: str, seed: int, number: int) -> Case:
     return SCENES[scene].draw(rng)
 
 
-def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) -> Result:
-    """Run one case and judge it."""
+def step_times(
+    stepper: Stepper, case: Case, start: float, q: Any, v: Any, count: int, options: dict[str, Any]
+) -> list[float]:
+    """CPU time of each step of a run that is taken alone [us], of `count` steps at most.
+
+    Of the thread, so that other programs do not count; the call from Python is about 2 us of it.
+    """
+    lib = stepper.library
+    work, info = (lib.structs[name]() for name in ("work", "info"))
+    state = stepper.c_state(start, q, v)
+    par = stepper.c_params(stepper.check_parameters(case.parameters))
+    chosen = stepper.c_options(RunOptions.of(options))
+    u = lib.pointer(stepper.rows("u", None, 1, stepper.sizes["n_u"])[0])
+    step = lib.call["step"]
+    found = []
+    for _ in range(count):
+        before = time.thread_time_ns()
+        status = step(state, work, info, par, chosen, u, case.dt)
+        found.append((time.thread_time_ns() - before) / 1e3)
+        if lib.statuses[status] not in ("OK", "OK_RESCUED", "OK_SUBSTEPPED"):
+            break
+    return found
+
+
+def run_case(
+    scene: str, stages: int, seed: int, number: int, timed: bool = False, **options: Any
+) -> Result:
+    """Run one case and judge it; `timed`: take it a second time, to measure its steps."""
     events = options.get("events", "captured")
     stepper, case = stepper_of(scene, stages, events), case_of(scene, seed, number)
     q, v = stepper.project(case.q, case.v, case.t, case.parameters)
@@ -105,6 +139,8 @@ def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) ->
         about = {"scene": scene, "seed": seed, "run": number, "step": len(traj)}
         result.failures.append(replace(error.step, about=about))
     result.steps = len(traj) - 1
+    if timed:
+        result.times = step_times(stepper, case, start, q, v, steps, options)
     if result.steps == 0:
         return result
     found = judge(traj, case.dt, case.passive)
@@ -122,11 +158,13 @@ def run_case(scene: str, stages: int, seed: int, number: int, **options: Any) ->
     return result
 
 
-def run_scene(scene: str, stages: int, seed: int, runs: range, options: dict[str, Any]) -> Result:
+def run_scene(
+    scene: str, stages: int, seed: int, runs: range, options: dict[str, Any], timed: bool = False
+) -> Result:
     """Run many cases of a scene."""
     total = Result(scene, stages)
     for number in runs:
-        total.add(run_case(scene, stages, seed, number, **options))
+        total.add(run_case(scene, stages, seed, number, timed, **options))
     return total
 
 
@@ -137,6 +175,7 @@ def campaign(
     seed: int,
     workers: int | None,
     options: dict[str, Any] | None = None,
+    timed: bool = False,
 ) -> Iterator[Result]:
     """Run scenes in several processes; yields results as they come, one of each chunk.
 
@@ -152,12 +191,14 @@ def campaign(
         Processes; as many as there are cores by default.
     options : dict, optional
         Options of `Stepper.simulate`.
+    timed : bool
+        Whether every run is taken a second time, to measure its steps.
     """
     for s in stages:
         if s < 2:
             raise RunError(f"stages = {s}: give at least 2")
     tasks = [
-        (name, s, seed, range(first, min(first + 25, count)), options or {})
+        (name, s, seed, range(first, min(first + 25, count)), options or {}, timed)
         for name in scenes
         for s in stages
         for count in [max(1, round(runs * SCENES[name].share))]

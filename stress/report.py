@@ -23,6 +23,8 @@ _HEADINGS = (
     *RESCUES,
     *("mean", "99.9 %", "max", "gap", "compl.", "cone", "gain", "lost", "push"),
 )
+_TIMES = ("median us", "99.9 % us", "worst us")
+_SHARES = dict(zip(_TIMES, (0.5, 0.999, 1.0), strict=True))
 _WIDTH = 150
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
@@ -34,6 +36,7 @@ LEGEND = (
     "lost: contacts that pushed at a stage without taking part in the impact; push: contacts that "
     "approach for more than two steps while they push"
 )
+_OF_TIMES = "; us: CPU time of a step, of all steps, those included that failed"
 
 
 class Results:
@@ -60,6 +63,16 @@ class Results:
         self.verdicts = [(step, examine(_stepper_of(step), step)) for step in self.total.failures]
         return sum(not verdict.proven for _, verdict in self.verdicts)
 
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of the table; those of times where steps were measured."""
+        return (*_HEADINGS, *(_TIMES if self.total.times else ()))
+
+    @property
+    def legend(self) -> str:
+        """What they mean."""
+        return LEGEND + (_OF_TIMES if self.total.times else "")
+
     def table(self) -> list[tuple[str, ...]]:
         """Rows of text, the sum at the end."""
         return [self._row(r) for r in [*self.rows.values(), self.total]]
@@ -76,27 +89,28 @@ class Results:
             f"{r.mean:.1f}", str(r.quantile(0.999)), str(max(r.iterations, default=0)),
             *(f"{x:.0e}" for x in (r.gap, r.complementarity, r.cone, r.gain)),
             str(r.lost), str(r.pushing),
+            *(f"{r.time(share):.0f}" for share in _SHARES.values() if self.total.times),
         )  # fmt: skip
 
     def show(self, console: Console) -> None:
         """Print the table and the verdicts."""
         table = Table(box=box.SIMPLE_HEAD, padding=(0, 0, 0, 1))
-        for k, heading in enumerate(_HEADINGS):
+        for k, heading in enumerate(self.headings):
             table.add_column(heading, justify="right" if k else "left", no_wrap=True)
         for row in self.table():
             table.add_row(*row)
         # All columns or none: a table squeezed into a narrow terminal cannot be read.
         Console(file=console.file, width=max(console.width, _WIDTH)).print(table)
-        console.print(LEGEND, style="dim", markup=False, highlight=False)
+        console.print(self.legend, style="dim", markup=False, highlight=False)
         for step, verdict in self.verdicts:
             console.print(f"{name_of(step)}: {verdict.text}", markup=False, highlight=False)
 
     def markdown(self) -> str:
         """The table for the documentation."""
-        lines = ["| " + " | ".join(_HEADINGS) + " |"]
-        lines.append("|---|" + "---:|" * (len(_HEADINGS) - 1))
+        lines = ["| " + " | ".join(self.headings) + " |"]
+        lines.append("|---|" + "---:|" * (len(self.headings) - 1))
         lines += ["| " + " | ".join(row) + " |" for row in self.table()]
-        return "\n".join([*lines, "", LEGEND + ".", ""])
+        return "\n".join([*lines, "", self.legend + ".", ""])
 
     def to_json(self) -> str:
         """All counts, by scene and number of stages."""
@@ -104,6 +118,7 @@ class Results:
         for r in self.rows.values():
             row: dict[str, Any] = {f.name: getattr(r, f.name) for f in fields(r)}
             row["failures"] = [name_of(step) for step in r.failures]
+            row["times"] = {name: r.time(x) for name, x in _SHARES.items() if r.times}
             row["iterations"] = {str(k): n for k, n in sorted(r.iterations.items())}
             rows.append(row)
         return json.dumps({"rows": rows}, indent=1)

@@ -174,6 +174,7 @@ def stress(
     events: Literal["captured", "located"] = "captured",
     out: Path | None = None,
     replay: Path | None = None,
+    times: Switch = False,
     json: Switch = False,
 ) -> None:
     """Run scenes that break time-steppers in great numbers and judge every step.
@@ -200,6 +201,8 @@ def stress(
         Folder for stress.md, stress.json and files of failed steps.
     replay
         Take the failed step of this file again and examine it; run nothing else.
+    times
+        Take every run a second time and measure its steps: median, 99.9 % and worst in the table.
     json
         Print JSON instead of the table.
     """
@@ -222,7 +225,7 @@ def stress(
     try:
         with Progress(console=console, transient=True) as bar:
             task = bar.add_task("steps", total=None)
-            for result in campaign(names, numbers, runs, seed, workers, {"events": events}):
+            for result in campaign(names, numbers, runs, seed, workers, {"events": events}, times):
                 results.add(result)
                 bar.update(task, completed=results.total.steps)
         interrupted = "failed steps are not all examined"
