@@ -25,7 +25,7 @@ _HEADINGS = (
 )
 _TIMES = ("median us", "99.9 % us", "worst us")
 _SHARES = dict(zip(_TIMES, (0.5, 0.999, 1.0), strict=True))
-_WIDTH = 150
+_WIDTH = 190
 LEGEND = (
     "counted: steps with a change of contact state or at least two closed contacts; failed: steps "
     "left unsolved, proven: those of them that have no solution; captured: located steps that fell "

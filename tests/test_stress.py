@@ -24,8 +24,8 @@ from signorini.stress.campaign import Result, case_of, run_case, run_scene, step
 from signorini.stress.corpus import CORPUS, SCENES, SEED
 from signorini.stress.enumeration import examine
 from signorini.stress.judge import judge
-from signorini.stress.report import Results
 from signorini.stress.laws import ladder, shuttle
+from signorini.stress.report import Results
 
 WHOLE = RunOptions(max_halvings=0)  # no substeps
 
