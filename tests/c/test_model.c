@@ -403,6 +403,7 @@ int main(void) {
     test_least_norm();
 #if SG_SPATIAL
     test_relaxation_eliminates();
+    test_relaxation_leaps();
     test_relaxation();
 #endif
 #if SG_SEARCHED
