@@ -227,7 +227,7 @@ def test_whole_corpus() -> None:
             result = run_scene(scene.name, stages, SEED, runs, {})
             counted += result.counted
             substepped += result.substepped
-            assert max(result.iterations) <= 400
+            assert max(result.iterations) <= 1000
             # percussions of a body a million times heavier carry its round-off
             graded = scene.name == "stack_graded"
             assert result.gap > (-1e-10 if graded else -1e-11)

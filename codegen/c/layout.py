@@ -32,7 +32,7 @@ CONTACT_STATES = ("OPEN", "CLOSED", "STICK", "SLIP", "SLIP_BACK")
 EVENT_KINDS = ("IMPACT", "CLOSE", "OPEN", "STICK", "SLIP", "REVERSE", "GUARD")
 
 MAX_ITERATIONS = 200  # default of options.max_iterations
-SPATIAL_ITERATIONS = 400  # the same where friction has two components: small substeps help there
+SPATIAL_ITERATIONS = 1000  # the same where friction has two components: small substeps help there
 ITERATIONS_OF_PART = 30  # the same for each part of a model with couplings, if that is more
 
 
