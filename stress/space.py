@@ -27,7 +27,7 @@ def _laws(m: Model) -> dict[str, Any]:
 
 
 def _law_values(rng: Rng) -> dict[str, float]:
-    """Friction up to 2, both coefficients of restitution anywhere, in half of the runs equal."""
+    """Friction up to 2, both coefficients of restitution anywhere, in a third of the runs equal."""
     e_N = float(rng.choice([0.0, 0.0, rng.uniform(), 1.0]))
     return {
         "mu": float(rng.choice([0.0, *rng.uniform(0, 2, 4)])),
