@@ -215,7 +215,8 @@ def _balls(m: Model, world: Spatial, radii: tuple[float, ...]) -> list[Round]:
     return balls
 
 
-def _standing(places: list[tuple[float, float, float]]) -> dict[str, float]:
+def standing(places: list[tuple[float, float, float]]) -> dict[str, float]:
+    """Places of bodies b0, b1, ... that are not turned."""
     named = zip(range(len(places)), places, strict=True)
     q = {f"b{k}_{c}": x for k, place in named for c, x in zip("xyz", place, strict=True)}
     return q | {f"b{k}_p0": 1.0 for k in range(len(places))}
@@ -228,7 +229,7 @@ def _thrown(rng: Rng, count: int, speed: float = 0.5) -> dict[str, float]:
     return v | spin
 
 
-_PYRAMID = [
+PYRAMID = [
     *((0.1155 * cos(a), 0.1155 * sin(a), 0.1) for a in (0, 2 * pi / 3, 4 * pi / 3)),
     (0.0, 0.0, 0.1 + sqrt(0.04 - 0.1155**2)),
 ]
@@ -242,13 +243,13 @@ def pyramid_of_balls() -> Model:
     mu, e_N = m.par
     for k, ball in enumerate(balls):
         world.contact(f"floor{k}", ball, world.plane(), mu=mu, e_N=e_N)
-    world.initial_state(q=_standing(_PYRAMID))
+    world.initial_state(q=standing(PYRAMID))
     return m
 
 
 def pyramid(rng: Rng) -> Case:
     par = _law_values(rng)
-    q = _standing(_PYRAMID)
+    q = standing(PYRAMID)
     q["b3_z"] += float(rng.choice([0.0, rng.uniform(0, 0.2)]))
     v = _thrown(rng, 4, 0.3)
     return Case(float(rng.choice([1e-3, 5e-3])), q, v, par, passive=_passive(par))
@@ -264,7 +265,7 @@ def balls_in_a_trough() -> Model:
         wall = world.plane(world.ground.point(0, 0, 0), (0, i * 0.6, 0.8))
         for k, ball in enumerate(balls):
             world.contact(f"{name}{k}", ball, wall, mu=mu, e_N=e_N)
-    world.initial_state(q=_standing([(0.25 * k, 0, 0.2) for k in range(3)]))
+    world.initial_state(q=standing([(0.25 * k, 0, 0.2) for k in range(3)]))
     return m
 
 
@@ -272,7 +273,7 @@ def trough(rng: Rng) -> Case:
     par = _law_values(rng)
     places = [(0.21 * k + rng.uniform(0, 0.1), rng.uniform(-0.03, 0.03), 0.2) for k in range(3)]
     v = _thrown(rng, 3)
-    return Case(float(rng.choice([1e-3, 5e-3])), _standing(places), v, par, passive=_passive(par))
+    return Case(float(rng.choice([1e-3, 5e-3])), standing(places), v, par, passive=_passive(par))
 
 
 _BOWL = (0.1, 0.06, 0.08, 0.1, 0.06, 0.08)
@@ -287,7 +288,7 @@ def balls_in_a_bowl() -> Model:
     mu, e_N = m.par
     for k, ball in enumerate(balls):
         world.contact(f"bowl{k}", ball.center, bowl, mu=mu, e_N=e_N)
-    world.initial_state(q=_standing(_above()))
+    world.initial_state(q=standing(_above()))
     return m
 
 
@@ -301,7 +302,7 @@ def _above(rng: Rng | None = None) -> list[tuple[float, float, float]]:
 
 def bowl(rng: Rng) -> Case:
     par = _law_values(rng)
-    q = _standing(_above(rng))
+    q = standing(_above(rng))
     v = _thrown(rng, 6)
     return Case(float(rng.choice([1e-3, 5e-3])), q, v, par, passive=_passive(par))
 
@@ -320,7 +321,7 @@ def balls_on_rods() -> Model:
             for a, b in zip(balls[k].center.position, balls[k + 1].center.position, strict=True)
         ]
         m.constraint(f"rod{k}", apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2 - 0.09)
-    world.initial_state(q=_standing([(0.3 * k, 0, 0.3) for k in range(4)]))
+    world.initial_state(q=standing([(0.3 * k, 0, 0.3) for k in range(4)]))
     return m
 
 
@@ -332,7 +333,7 @@ def rods(rng: Rng) -> Case:
         x, y, z = places[-1]
         places.append((x + 0.3 * cos(turn), y + 0.3 * sin(turn), z))
     v = {f"b{k}_x": 0.0 for k in range(4)} | {"b0_z": -rng.uniform(0, 1)}
-    return Case(float(rng.choice([1e-3, 5e-3])), _standing(places), v, par, passive=_passive(par))
+    return Case(float(rng.choice([1e-3, 5e-3])), standing(places), v, par, passive=_passive(par))
 
 
 CROWDS = (

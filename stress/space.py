@@ -13,6 +13,7 @@ import numpy as np
 import signorini as sg
 from signorini.bodies import Ellipsoid, Planar, Point, Round, Spatial, inertia
 from signorini.codegen.frontend.model import Model
+from signorini.stress.crowds import PYRAMID, standing
 from signorini.stress.scene import Case, Scene
 
 G = 9.81
@@ -55,15 +56,6 @@ def _mass_values(rng: Rng, count: int) -> dict[str, float]:
     return {f"m{k}": float(10 ** rng.uniform(-spread, spread)) for k in range(count)}
 
 
-def _standing(places: list[tuple[float, float, float]], word: str = "b") -> dict[str, float]:
-    q = {
-        f"{word}{k}_{c}": float(x)
-        for k, place in enumerate(places)
-        for c, x in zip("xyz", place, strict=True)
-    }
-    return q | {f"{word}{k}_p0": 1.0 for k in range(len(places))}
-
-
 def _attitude(rng: Rng, body: str) -> dict[str, float]:
     p = rng.normal(size=4)
     p /= np.linalg.norm(p)
@@ -101,7 +93,7 @@ def graded_trough() -> Model:
         wall = world.plane(world.ground.point(0, 0, 0), (0, side * ca.sin(alpha), ca.cos(alpha)))
         for k, ball in enumerate(balls):
             world.contact(f"{name}{k}", ball, wall, **laws)
-    world.initial_state(q=_standing([(0.25 * k, 0, 0.3) for k in range(3)]))
+    world.initial_state(q=standing([(0.25 * k, 0, 0.3) for k in range(3)]))
     return m
 
 
@@ -113,13 +105,7 @@ def in_the_trough(rng: Rng) -> Case:
     if rng.random() < 0.5:  # one above the others
         places[2] = (0.1, 0.0, float(height[2]) + 0.2)
     v = _thrown(rng, ["b0", "b1", "b2"], 0.5, 3)
-    return Case(_dt(rng), _standing(places), v, par, passive=_passive(par))
-
-
-_PYRAMID = [
-    *((0.1155 * cos(a), 0.1155 * sin(a), 0.1) for a in (0, 2 * pi / 3, 4 * pi / 3)),
-    (0.0, 0.0, 0.1 + sqrt(0.04 - 0.1155**2)),
-]
+    return Case(_dt(rng), standing(places), v, par, passive=_passive(par))
 
 
 def graded_pyramid() -> Model:
@@ -130,13 +116,13 @@ def graded_pyramid() -> Model:
     balls = _balls(m, world, (0.1,) * 4, laws, masses)
     for k, ball in enumerate(balls):
         world.contact(f"floor{k}", ball, world.plane(), **laws)
-    world.initial_state(q=_standing(_PYRAMID))
+    world.initial_state(q=standing(PYRAMID))
     return m
 
 
 def on_a_pyramid(rng: Rng) -> Case:
     par = _law_values(rng) | _mass_values(rng, 4)
-    q = _standing(_PYRAMID)
+    q = standing(PYRAMID)
     q["b3_z"] += float(rng.choice([0.0, rng.uniform(0, 0.2)]))
     v = _thrown(rng, ["b0", "b1", "b2", "b3"], 0.3, 1)
     return Case(_dt(rng), q, v, par, passive=_passive(par))
@@ -166,14 +152,14 @@ def stacked_boxes() -> Model:
         inside = ca.fmin(ca.fmin(a - ca.fabs(x), b - ca.fabs(y)), z)
         top = world.plane(lower.point(0, 0, c), (0, 0, 1))
         world.contact(f"on{k}", corner, top, guard=inside, **laws)
-    world.initial_state(q=_standing([(0, 0, c), (0, 0, 3 * c)]))
+    world.initial_state(q=standing([(0, 0, c), (0, 0, 3 * c)]))
     return m
 
 
 def boxes_stack(rng: Rng) -> Case:
     par = _law_values(rng) | _mass_values(rng, 2)
     drop = float(rng.choice([0.0, rng.uniform(0, 0.1)]))
-    q = _standing([(0, 0, 0.05), (rng.uniform(-0.1, 0.1), rng.uniform(-0.1, 0.1), 0.15 + drop)])
+    q = standing([(0, 0, 0.05), (rng.uniform(-0.1, 0.1), rng.uniform(-0.1, 0.1), 0.15 + drop)])
     half = rng.uniform(-pi, pi) / 2
     q |= {"b1_p0": cos(half), "b1_p3": sin(half)}
     v = _thrown(rng, ["b0", "b1"], 0.5, 1)
@@ -196,14 +182,14 @@ def pushed_box() -> Model:
     for word, plane in (("floor", world.plane()), ("wall", wall), ("end", stands)):
         for k, corner in enumerate(corners):
             world.contact(f"{word}{k}", corner, plane, **laws)
-    world.initial_state(q=_standing([(0, 0, c)]))
+    world.initial_state(q=standing([(0, 0, c)]))
     return m
 
 
 def box_is_pushed(rng: Rng) -> Case:
     par = _law_values(rng)
     par |= {"stroke": float(rng.uniform(0.02, 0.25)), "omega": float(rng.uniform(2, 20))}
-    q = _standing([(0, 0, 0.12)])
+    q = standing([(0, 0, 0.12)])
     if rng.random() < 0.7:
         q |= _attitude(rng, "b0") | {"b0_z": float(rng.uniform(0.2, 0.5))}
     v = _thrown(rng, ["b0"], 1.0, 3)
@@ -228,13 +214,13 @@ def coin_in_a_v() -> Model:
             world.ground.point(0, -side * 0.06, 0), (0, side * ca.sin(alpha), ca.cos(alpha))
         )
         world.contact(name, shape, wall, **laws)
-    world.initial_state(q=_standing([(0, 0, 0.4)]))
+    world.initial_state(q=standing([(0, 0, 0.4)]))
     return m
 
 
 def coin_falls(rng: Rng) -> Case:
     par = _law_values(rng) | {"alpha": float(rng.uniform(0.2, 1.45))}
-    q = _standing([(0, rng.uniform(-0.03, 0.03), 0.4)]) | _attitude(rng, "b0")
+    q = standing([(0, rng.uniform(-0.03, 0.03), 0.4)]) | _attitude(rng, "b0")
     v = _thrown(rng, ["b0"], 1.0, 5)
     return Case(_dt(rng), q, v, par, passive=_passive(par))
 
@@ -261,7 +247,7 @@ def jointed_table() -> Model:
         world.contact(f"edge{k}", plate.point(0.4 * i, 0.3 * j, 0), world.plane(), **laws)
     places = [(0.0, 0.0, length)]
     places += [(0.4 * i, 0.3 * j, length / 2) for i, j in product((-1, 1), repeat=2)]
-    world.initial_state(q=_standing(places))
+    world.initial_state(q=standing(places))
     return m
 
 
@@ -272,7 +258,7 @@ def table_lands(rng: Rng) -> Case:
     places += [(0.4 * i, 0.3 * j, 0.25 + lift) for i, j in product((-1, 1), repeat=2)]
     push = rng.normal(size=3) * [1, 1, 0.2] * rng.choice([0.0, 1.0])
     v = {f"b{k}_{c}": float(x) for k in range(5) for c, x in zip("xyz", push, strict=True)}
-    return Case(_dt(rng), _standing(places), v, par, passive=_passive(par))
+    return Case(_dt(rng), standing(places), v, par, passive=_passive(par))
 
 
 def loop_at_its_stops() -> Model:
