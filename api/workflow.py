@@ -209,9 +209,9 @@ def generate(
     target : {"c", "numpy"}
         "numpy" writes the model's functions, without a scheme, as the module
         ``<prefix>_model.py``, which needs NumPy alone.
-    bind : sequence of {"rust", "arduino"}
+    bind : sequence of {"rust", "arduino", "octave"}
         What the folder is besides: a Rust crate, whose declarations bindgen makes when it is built;
-        an Arduino library with a sketch.
+        an Arduino library with a sketch; a function of Octave and MATLAB, in MEX.
 
     Returns
     -------

@@ -22,7 +22,8 @@ def generate(
     derivatives: Switch = False,
     max_couplings: Whole | None = None,
     bind: Annotated[
-        list[Literal["rust", "arduino"]] | None, Parameter(consume_multiple=True, negative=())
+        list[Literal["rust", "arduino", "octave"]] | None,
+        Parameter(consume_multiple=True, negative=()),
     ] = None,
     check: Path | None = None,
 ) -> None:
@@ -43,7 +44,7 @@ def generate(
     max_couplings
         Pairs of parts that contacts may join at once, in a model of many bodies.
     bind
-        rust, arduino: the folder is a crate, an Arduino library, too.
+        rust, arduino, octave: the folder is a crate, an Arduino library, a function of Octave, too.
     check
         Write nothing; compare this generated folder with the model and show what differs.
     """

@@ -39,6 +39,11 @@ BINDINGS = {
         "library.properties": "library.properties.jinja",
         "examples/run/run.ino": "sketch.ino.jinja",
     },
+    "octave": {
+        "{prefix}_mex.c": "mex.c.jinja",
+        "make_mex.m": "make_mex.m.jinja",
+        "run_mex.m": "run_mex.m.jinja",
+    },
 }
 RUNTIME_BEGIN = "/* ==== runtime, the same for every model ==== begin ==== */"
 RUNTIME_END = "/* ==== runtime, the same for every model ==== end ==== */"
@@ -213,11 +218,13 @@ def _replace_one_by_one(staging: Path, target: Path, files: dict[str, str]) -> N
 
 def _old_files(target: Path) -> set[str]:
     """Names that an earlier generation wrote into the folder: they say so themselves."""
-    names = {"manifest.json", *(name for name in TEMPLATES if "{" not in name)}
-    names |= {name for files in BINDINGS.values() for name in files}
-    for ending in (name.removeprefix("{prefix}") for name in (TEMPLATES | EXTERNAL) if "{" in name):
-        names |= {path.name for path in target.glob(f"*{ending}")}
-    return {name for name in names if _is_generated(target / name)}
+    of_bindings = (name for files in BINDINGS.values() for name in files)
+    return {
+        path.relative_to(target).as_posix()
+        for name in ("manifest.json", *TEMPLATES, *EXTERNAL, *of_bindings)
+        for path in target.glob(name.format(prefix="*"))
+        if _is_generated(path)
+    }
 
 
 def bindings_of(folder: Path) -> tuple[str, ...]:
@@ -225,7 +232,9 @@ def bindings_of(folder: Path) -> tuple[str, ...]:
     return tuple(
         name
         for name, files in BINDINGS.items()
-        if any(_is_generated(folder / file) for file in files)
+        if any(
+            _is_generated(path) for file in files for path in folder.glob(file.format(prefix="*"))
+        )
     )
 
 
