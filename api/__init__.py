@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from signorini.codegen.frontend.table import table
     from signorini.optimise import casadi_step
     from signorini.runtime.batch import Batch
-    from signorini.runtime.compile import CompilerError
-    from signorini.runtime.errors import InconsistentStartError, RunError, StepError
+    from signorini.runtime.errors import CompilerError, InconsistentStartError, RunError, StepError
     from signorini.runtime.event import Event
     from signorini.runtime.simulator import Simulator
     from signorini.runtime.stepper import Stepper, load

@@ -6,8 +6,7 @@ from rich.console import Console
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.commands import doctor, generate, look, measure, new, run, sweep, ways
 from signorini.commands.base import app
-from signorini.runtime.compile import CompilerError
-from signorini.runtime.errors import RunError, StepError
+from signorini.runtime.errors import CompilerError, RunError, StepError
 
 _EXPECTED = (ModelError, GenerationError, CompilerError, RunError)
 COMMANDS = (

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from signorini.runtime.compile import (
-    CompilerError,
     cache_root,
     describe_machine,
     find_compiler,
     find_wasm_compiler,
 )
-from signorini.runtime.errors import RunError
+from signorini.runtime.errors import CompilerError, RunError
 from signorini.version import __version__
 
 NEEDED = ("numpy", "sympy", "casadi", "jinja2", "mpmath", "matplotlib", "rich", "cyclopts")

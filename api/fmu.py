@@ -1,8 +1,6 @@
 """A stepper as a functional mock-up unit for co-simulation, FMI 2.0 or 3.0."""
 
 import hashlib
-import platform
-import sys
 import uuid
 import xml.etree.ElementTree as ET
 import zipfile
@@ -17,12 +15,12 @@ from signorini.runtime.compile import compile_shared
 from signorini.runtime.errors import RunError
 from signorini.runtime.files import write_whole
 from signorini.runtime.stepper import Stepper
+from signorini.runtime.system import System, here, named
 from signorini.version import __version__
 
 VERSIONS = (2, 3)
 _SHARED = ("fmu.h", "fmu.c")
 _FUNCTIONS = {2: ("fmi2.c",), 3: ("fmi3.h", "fmi3.c", "fmi3_absent.c")}
-_ENDINGS = {"linux": ".so", "darwin": ".dylib", "win32": ".dll"}
 # A time stamp for every file, so that equal units are equal bytes.
 _TIME = (1980, 1, 1, 0, 0, 0)
 _UNITS = ("", "quaternion")  # that are none
@@ -168,6 +166,7 @@ def write_fmu(
     dt: float = 1e-2,
     t_end: float = 2.0,
     binary: bool = True,
+    systems: Sequence[str] = (),
 ) -> Path:
     """Write a unit for co-simulation, with sources and a binary for this machine.
 
@@ -183,6 +182,9 @@ def write_fmu(
         Largest step and end of an experiment, as defaults [s].
     binary : bool
         Whether the binary of this machine goes into it.
+    systems : sequence of str
+        Others whose binaries go into it, by their names in FMI 3: "x86_64-windows",
+        "aarch64-darwin" and so on. They are compiled by zig, which comes by pip.
 
     Returns
     -------
@@ -223,10 +225,18 @@ def write_fmu(
     files["modelDescription.xml"] = _description(m, found, token, fmi, dt, t_end, compiled)
     if fmi == 3:
         files["sources/buildDescription.xml"] = _build_description(m, compiled)
-    if binary:
-        library = compile_shared(m["prefix"], sources, compiled).read_bytes()
-        ending = _ENDINGS.get(sys.platform, ".so")
-        files[f"binaries/{_platform(fmi)}/{m['prefix']}{ending}"] = library
+    others = [named(name) for name in dict.fromkeys(systems)]
+    wanted: list[System | None] = [None, *others] if binary else [*others]
+    for system in wanted:
+        of = here() if system is None else system
+        place = of.name if fmi == 3 else of.folder_2
+        file = f"binaries/{place}/{m['prefix']}{of.ending}"
+        if file in files:
+            raise RunError(
+                f"{of.name}: FMI {fmi} calls another binary of the unit {place}, too: "
+                f"{'leave one out or give fmi=3' if fmi == 2 else 'it is that of this machine'}"
+            )
+        files[file] = compile_shared(m["prefix"], sources, compiled, system).read_bytes()
 
     def save(target: Any) -> None:
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -235,18 +245,6 @@ def write_fmu(
 
     write_whole(path, save)
     return path
-
-
-def _platform(fmi: int) -> str:
-    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
-        platform.machine().lower(), platform.machine()
-    )
-    system = {"linux": "linux", "darwin": "darwin", "win32": "windows"}.get(
-        sys.platform, sys.platform
-    )
-    if fmi == 3:
-        return f"{machine}-{system}"
-    return {"windows": "win", "darwin": "darwin"}.get(system, "linux") + "64"
 
 
 def _xml(root: ET.Element) -> bytes:

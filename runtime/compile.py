@@ -17,8 +17,9 @@ from functools import cache
 from pathlib import Path
 
 from platformdirs import user_cache_dir
+from signorini.runtime.errors import CompilerError
+from signorini.runtime.system import FLAGS, System, compiler_for, here
 
-FLAGS = ("-std=c99", "-ffp-contract=off", "-fPIC", "-pthread")
 # A module of functions that is called, with nothing but code.
 _MODULE = ("-mexec-model=reactor", "-Wl,--strip-all")
 _SYSROOTS = (
@@ -36,10 +37,6 @@ _POOL = _BATCH.with_name("pool.h")
 # time over long straight-line functions. The runtime stays at -O2 where the compiler can do both.
 _LEVELS = ((200_000, 0), (60_000, 1), (0, 2))
 _RUNTIME = re.compile(rb"/\* ==== runtime[^\n]* begin.*?/\* ==== runtime[^\n]* end ", re.DOTALL)
-
-
-class CompilerError(RuntimeError):
-    """No C compiler, or one that fails."""
 
 
 def find_compiler() -> list[str]:
@@ -183,7 +180,7 @@ def compile_library(source: Path, prefix: str, again: bool = False) -> Path:
         (model.name, f"-O{_level(functions + functions)}"),
         *((path.name, "-O2") for path in drivers),
     )
-    return _shared(source.stem, files, parts, FLAGS, before, sources, again)
+    return _shared(source.stem, files, parts, before, sources, again)
 
 
 def _level(text: bytes) -> int:
@@ -214,11 +211,18 @@ def compile_plain(source: Path, flags: tuple[str, ...] = ()) -> Path:
     """
     text = source.read_bytes()
     files = {source.name: text}
-    return _shared(source.stem, files, (text,), FLAGS, flags, ((source.name, "-O2"),), False)
+    return _shared(source.stem, files, (text,), flags, ((source.name, "-O2"),), False)
 
 
-def compile_shared(name: str, files: dict[str, bytes], sources: Sequence[str]) -> Path:
+def compile_shared(
+    name: str, files: dict[str, bytes], sources: Sequence[str], system: System | None = None
+) -> Path:
     """Compile some of the files, which include one another, into a library of hidden names.
+
+    Parameters
+    ----------
+    system : System, optional
+        For which; by default that of this machine, with its own compiler.
 
     Returns
     -------
@@ -231,7 +235,7 @@ def compile_shared(name: str, files: dict[str, bytes], sources: Sequence[str]) -
     """
     flags = ("-I.", "-fvisibility=hidden")
     compiled = tuple((source, "-O2") for source in sources)
-    return _shared(name, files, tuple(files.values()), FLAGS, flags, compiled, False)
+    return _shared(name, files, tuple(files.values()), flags, compiled, False, system)
 
 
 def compile_wasm(name: str, files: dict[str, bytes], sources: Sequence[str]) -> Path:
@@ -248,18 +252,13 @@ def compile_wasm(name: str, files: dict[str, bytes], sources: Sequence[str]) -> 
     CompilerError
         If there is no compiler for it, or with its messages if it fails.
     """
-    flags = ("-std=c99", "-ffp-contract=off", "-I.", "-fvisibility=hidden")
     compiled = tuple((source, f"-O{_level(files[source])}") for source in sources)
-    return _shared(
-        name,
-        files,
-        tuple(files.values()),
-        flags,
-        (),
-        compiled,
-        False,
-        find_wasm_compiler(),
-        _MODULE,
+    flags = (*FLAGS, "-I.", "-fvisibility=hidden")
+    command = find_wasm_compiler()
+    return _made(
+        *(name, files, tuple(files.values()), command, flags, compiled, False),
+        linked=_MODULE,
+        ending=".wasm",
     )
 
 
@@ -268,27 +267,45 @@ def _shared(
     files: dict[str, bytes],
     parts: tuple[bytes, ...],
     flags: tuple[str, ...],
-    before: tuple[str, ...],
     sources: tuple[tuple[str, ...], ...],
     again: bool,
-    command: list[str] | None = None,
-    linked: tuple[str, ...] = ("-shared",),
+    system: System | None = None,
+) -> Path:
+    """Compile to a shared library, of this system unless another one is given."""
+    chosen = here() if system is None else system
+    own = _words("SIGNORINI_CFLAGS") if system is None else []
+    command = find_compiler() if system is None else compiler_for(system)
+    return _made(
+        *(name, files, parts, command, (*FLAGS, *chosen.flags, *flags, *own), sources, again),
+        linked=("-shared",),
+        ending=chosen.ending,
+    )
+
+
+def _made(
+    name: str,
+    files: dict[str, bytes],
+    parts: tuple[bytes, ...],
+    command: list[str],
+    flags: tuple[str, ...],
+    sources: tuple[tuple[str, ...], ...],
+    again: bool,
+    *,
+    linked: tuple[str, ...],
+    ending: str,
 ) -> Path:
     """Compile to a library in the cache, named by what goes into it.
 
     Beside it stands the hash of its bytes: a damaged library is compiled anew.
     """
-    own = _words("SIGNORINI_CFLAGS") if command is None else []
-    command = command or find_compiler()
-    flags = (*flags, *before)
     digest = hashlib.sha256()
     machine = (platform.system(), platform.machine(), *platform.libc_ver())
     for part in (
         *parts,
-        repr([command, flags, own, sources, linked, _version(tuple(command)), machine]).encode(),
+        repr([command, flags, sources, linked, _version(tuple(command)), machine]).encode(),
     ):
         digest.update(len(part).to_bytes(8, "big") + part)
-    target = cache_root() / "compiled" / f"{name}-{digest.hexdigest()[:32]}.so"
+    target = cache_root() / "compiled" / f"{name}-{digest.hexdigest()[:32]}{ending}"
     if not again and _is_whole(target):
         return target
     try:
@@ -301,7 +318,7 @@ def _shared(
     with _locked(target.with_suffix(".lock")):
         # another process may have made it meanwhile
         if again or not _is_whole(target):
-            _compile(command, (*flags, *own), files, sources, linked, target)
+            _compile(command, flags, files, sources, linked, target)
     return target
 
 
@@ -324,7 +341,7 @@ def _compile(
     try:
         for file, content in files.items():
             (folder / file).write_bytes(content)
-        made = folder / "made.so"
+        made = folder / f"made{target.suffix}"
 
         def run(name: str, *arguments: str) -> None:
             result = subprocess.run(

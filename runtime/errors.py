@@ -11,6 +11,10 @@ class InconsistentStartError(RunError):
     """An initial state that violates a constraint or penetrates a contact."""
 
 
+class CompilerError(RuntimeError):
+    """No C compiler, or one that fails."""
+
+
 class StepError(RuntimeError):
     """A step that could not be solved.
 

@@ -17,7 +17,8 @@ from command import signorini
 from signorini.commands.ways import events_of
 from signorini.locate import find_model
 from signorini.models import bouncing_ball, box, box_in_space, pendulum_with_wall, servo
-from signorini.runtime.compile import CompilerError, find_wasm_compiler
+from signorini.runtime.compile import find_wasm_compiler
+from signorini.runtime.errors import CompilerError
 from signorini.web import page_sources, write_page
 
 Build = Callable[..., sg.Stepper]

@@ -1,8 +1,9 @@
 """Ways out: a model as a unit for other programs."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+from cyclopts import Parameter
 from rich.console import Console
 from signorini.codegen.frontend.model import Model
 from signorini.codegen.frontend.validate import freeze
@@ -25,6 +26,7 @@ def fmu(
     stages: Whole = 3,
     grid: Grid | None = None,
     sources_only: Switch = False,
+    systems: Annotated[list[str] | None, Parameter(consume_multiple=True, negative=())] = None,
 ) -> None:
     """Write MODEL as a functional mock-up unit for co-simulation.
 
@@ -42,7 +44,10 @@ def fmu(
     stages
         Number of stages s of the Lobatto scheme, at least 2.
     sources_only
-        Leave the binary out.
+        Leave the binary of this machine out.
+    systems
+        Other systems whose binaries go into it, compiled by zig: x86_64-windows, x86_64-linux,
+        aarch64-linux, x86_64-darwin, aarch64-darwin.
     """
     from signorini.fmu import write_fmu
     from signorini.locate import find_model
@@ -59,7 +64,7 @@ def fmu(
         stepper = build(chosen, stages=stages, events=events_of(chosen))
         write_fmu(
             stepper, path, fmi=int(fmi), dt=suggested["dt"], t_end=suggested["t_end"],
-            binary=not sources_only,
+            binary=not sources_only, systems=systems or (),
         )  # fmt: skip
     console.print(f"unit: {path}", markup=False, highlight=False, soft_wrap=True)
 

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -155,13 +156,22 @@ def _remove_left_over(parent: Path) -> None:
     """Remove folders of runs that were killed: the process in their name is gone."""
     for path in parent.glob(f"{_STAGING}*-*"):
         number = path.name.removeprefix(_STAGING).partition("-")[0]
-        if number.isdigit() and path.is_dir() and not path.is_symlink():
-            try:
-                os.kill(int(number), 0)
-            except ProcessLookupError:
-                shutil.rmtree(path, ignore_errors=True)
-            except OSError:
-                continue
+        ours = number.isdigit() and path.is_dir() and not path.is_symlink()
+        if ours and not _is_alive(int(number), path):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_alive(process: int, folder: Path) -> bool:
+    """Whether the process that made a folder may still fill it."""
+    if os.name == "nt":  # a signal of number zero would end it there: an hour is long enough
+        return time.time() - folder.stat().st_mtime < 3600
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _keep_others(target: Path, staging: Path, names: set[str]) -> None:
