@@ -49,6 +49,10 @@ def test_examples(tmp_path: Path) -> None:
     assert on == restored == free["y"][-1]
     assert forked != on
 
+    text = run("./real_time", "0.4", cwd=folder)
+    assert "cycles: 400, steps not solved in time: 0" in text
+    assert "the hopper is at t = 0.400 s" in text
+
 
 @pytest.mark.parametrize(
     "sanitizer",

@@ -1,6 +1,6 @@
-"""Tables of docs/targets.md: instructions of a step on Cortex-M, runs in single precision.
+"""Tables of docs/targets.md and real_time.md: instructions of a step, runs in single precision.
 
-``pytest tests/test_target_tables.py -m slow`` measures and writes the page.
+``pytest tests/test_target_tables.py -m slow`` measures and writes the pages.
 """
 
 from collections.abc import Callable
@@ -11,9 +11,9 @@ import pytest
 import signorini as sg
 from compilers import run
 from machines import HERE, M4F, M7, Target, program_output
-from signorini.models import bouncing_ball, box_in_space, slider_crank, slope
+from signorini.models import bouncing_ball, box_in_space, hopper, slider_crank, slope
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "targets.md"
+DOCS = Path(__file__).resolve().parent.parent / "docs"
 TICKS = 25.6  # of the board's timer an instruction
 CLOCKS = {"M7": 480, "M4F": 168}  # MHz of common parts
 
@@ -33,6 +33,15 @@ RUNS: tuple[tuple[str, Callable[[], sg.Model], int, float, float, dict[str, obje
     ("slider-crank, s = 2", slider_crank.model, 2, 1e-4, 0.1466, {}),
     ("box in space", box_in_space.model, 2, 5e-3, 1.5, {}),
 )
+
+
+# Model, stages, step size, steps, of which a loop with a fixed worst case is made.
+BOUNDED: tuple[tuple[str, Callable[[], sg.Model], int, float, int], ...] = (
+    ("hopper", hopper.model, 2, 1e-3, 1500),
+    ("slider-crank", slider_crank.model, 2, 1e-4, 600),
+    ("box in space", box_in_space.model, 2, 2e-3, 400),
+)
+MOST = (4, 8, 16, 32, 200)  # iterations
 
 
 def instructions(folder: Path, target: Target, case: tuple[float, int]) -> np.ndarray:
@@ -75,7 +84,7 @@ def counted(folder: Path) -> list[str]:
     return lines
 
 
-def single() -> list[str]:
+def single(_: Path) -> list[str]:
     lines = [
         "| run | dt | steps | substeps | iterations: mean | largest | smallest gap [m] | "
         "largest difference to double [m, rad] |",
@@ -103,14 +112,44 @@ def single() -> list[str]:
     return lines
 
 
+def bounded(folder: Path) -> list[str]:
+    """Steps of a fixed number of iterations: how many are solved, what the largest costs."""
+    heads = " | ".join(f"{most}: not solved | largest step" for most in MOST)
+    lines = [f"| model | s | steps | {heads} |", "|---|---|---|" + "---|---|" * len(MOST)]
+    for name, make, stages, h, steps in BOUNDED:
+        place = folder / f"worst_{make.__module__}"
+        sg.generate(make(), place, stages=stages, prefix="m")
+        cells = []
+        for most in MOST:
+            flags = ("-std=c99", "-O2", "-ffp-contract=off", "-I.")
+            case = (f"-DH={h!r}", f"-DSTEPS={steps}", f"-DMOST={most}")
+            sources = (str(HERE / "worst.c"), "m.c", str(HERE / "startup.c"))
+            run(*M7.compile, *flags, *case, "-o", "count", *sources, "-lm", cwd=place)
+            emulator = (*M7.run[:-1], "-icount", "shift=10,sleep=off", M7.run[-1])
+            ticks, failed = np.array(program_output(*emulator, place / "count")).T
+            assert len(ticks) == steps
+            cells.append(f"{int(failed.sum())} | {ticks.max() / TICKS:,.0f}")
+        lines.append(f"| {name} | {stages} | {steps:,} | {' | '.join(cells)} |")
+    return lines
+
+
 @pytest.mark.slow
-def test_tables(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("page", "title", "rows"),
+    [
+        ("targets", "instructions", counted),
+        ("targets", "single", single),
+        ("real_time", "worst case", bounded),
+    ],
+)
+def test_tables(page: str, title: str, rows: Callable[[Path], list[str]], tmp_path: Path) -> None:
     M7.need()
-    text = PAGE.read_text()
-    for title, rows in (("instructions", counted(tmp_path)), ("single", single())):
-        begin, end = f"<!-- {title} -->", f"<!-- end of {title} -->"
-        head, _, rest = text.partition(begin)
-        text = head + begin + "\n" + "\n".join(rows) + "\n" + end + rest.partition(end)[2]
-        assert len(rows) > 3
-    PAGE.write_text(text)
-    assert text.count("<!-- end of") == 2
+    path = DOCS / f"{page}.md"
+    text = path.read_text()
+    begin, end = f"<!-- {title} -->", f"<!-- end of {title} -->"
+    assert text.count(begin) == text.count(end) == 1
+    head, _, rest = text.partition(begin)
+    lines = rows(tmp_path)
+    assert len(lines) > 3
+    text = head + begin + "\n" + "\n".join(lines) + "\n" + end + rest.partition(end)[2]
+    path.write_text(text)
