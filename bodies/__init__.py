@@ -17,10 +17,13 @@ from signorini.bodies.from_sympy import (
 from signorini.bodies.mujoco_writer import Imported
 from signorini.bodies.planar import Planar
 from signorini.bodies.ropes import Pulley
-from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
+from signorini.bodies.shapes import Box, Capsule, Cylinder, Edge, Ellipsoid, Plane, Round, Surface
 from signorini.bodies.spatial import Spatial
 
 __all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
     "Edge",
     "Ellipsoid",
     "Frame",

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from signorini.bodies.mujoco_writer import Imported, Writer, clean
+from signorini.bodies.mujoco_contacts import Side
+from signorini.bodies.mujoco_names import clean
+from signorini.bodies.mujoco_writer import Imported, Writer
 from signorini.codegen.frontend.errors import ModelError
 
 _ADVICE = "reading MJCF and URDF needs MuJoCo's parser: pip install 'signorini[robots]'"
@@ -17,7 +19,7 @@ def from_mjcf(
     *,
     name: str | None = None,
     contacts: bool | Iterable[str] = True,
-    pairs: Iterable[tuple[str, str]] = (),
+    pairs: bool | Iterable[tuple[Side, Side]] = False,
     e_N: float = 0.0,
     meshes: str | None = None,
     keyframe: str | None = None,
@@ -28,8 +30,8 @@ def from_mjcf(
     Bodies with their inertias, joints with armature, stiffness, damping, friction loss and limits,
     tendons along joints, equality constraints of joints, tendons and points, welds, actuators on
     joints and such tendons (their controls are inputs, their forces keep their limits), gravity;
-    contacts of collision primitives with the planes of the world, and of balls with each
-    other. Contacts and limits are rigid: what MuJoCo says of their softness does not count.
+    contacts of collision primitives with the planes of the world, and with each other as far as
+    `pairs` says. Contacts and limits are rigid: what MuJoCo says of their softness does not count.
 
     Parameters
     ----------
@@ -40,8 +42,11 @@ def from_mjcf(
     contacts : bool or iterable of str
         Whether primitives that may collide in the file touch the world's planes, or the names of
         geoms and bodies that do.
-    pairs : iterable of two names
-        Geoms that touch each other besides: balls.
+    pairs : bool or iterable of pairs
+        What touches besides. A pair has two of: the name of a geom, the name of a body for all its
+        geoms, the number of a group of geoms. Two geoms named by themselves touch whatever the file
+        says, of the others those that may collide in the file. True: all that may collide. Balls
+        touch balls, capsules, boxes and cylinders; capsules touch capsules.
     e_N : float
         Default of the restitution of contacts and limits, the parameter ``e_N``.
     meshes : {None, "box"}
@@ -84,7 +89,7 @@ def from_urdf(
     floating: bool = False,
     ground: bool | Iterable[str] = False,
     massless: Iterable[str] = (),
-    pairs: Iterable[tuple[str, str]] = (),
+    pairs: bool | Iterable[tuple[Side, Side]] = False,
     e_N: float = 0.0,
     meshes: str | None = None,
     start: Mapping[str, float] | None = None,
@@ -215,7 +220,7 @@ def _import(
     spec: Any,
     name: str | None,
     contacts: bool | Iterable[str],
-    pairs: Iterable[tuple[str, str]],
+    pairs: bool | Iterable[tuple[Side, Side]],
     e_N: float,
     meshes: str | None,
     keyframe: str | None,
@@ -233,4 +238,5 @@ def _import(
             "Correct the file; links of a URDF whose inertia is a placeholder: massless=[...]",
         ) from None
     chosen = clean(name or spec.modelname or "robot")
-    return Writer(m, chosen, contacts, list(pairs), e_N, meshes, keyframe, start or {}).write()
+    chosen_pairs = pairs if isinstance(pairs, bool) else list(pairs)
+    return Writer(m, chosen, contacts, chosen_pairs, e_N, meshes, keyframe, start or {}).write()

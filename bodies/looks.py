@@ -1,15 +1,28 @@
 """What a scene looks like: bodies, obstacles, springs and contacts tell the model's drawing."""
 
 from itertools import product
+from math import cos, pi, sin
 from typing import Any
 
-from signorini.bodies.algebra import Vector, add, scale
+from signorini.bodies.algebra import Vector, add, dot, scale, subtract
 from signorini.bodies.frames import Frame, Point
-from signorini.bodies.shapes import Edge, Ellipsoid, Plane, Round, Surface
+from signorini.bodies.shapes import (
+    Box,
+    Capsule,
+    Cylinder,
+    Edge,
+    Ellipsoid,
+    Plane,
+    Round,
+    Surface,
+    perpendicular,
+)
 from signorini.codegen.frontend.drawing import Drawing, Drawn
+from signorini.codegen.frontend.symbols import is_number
 
 _SAMPLES = 40  # intervals of a curve
 _MESHES = 10  # intervals of a surface along both sides
+_RIM = 12  # points on the rim of a cylinder
 
 
 class Looks:
@@ -70,6 +83,8 @@ class Looks:
                 self._round(thing.center, (thing.radius,) * len(thing.center.position))
             elif isinstance(thing, Ellipsoid):
                 self._round(thing.frame.point(), thing.semi_axes)
+            elif isinstance(thing, (Box, Capsule, Cylinder)):
+                self._solid(thing)
             elif isinstance(thing, Plane):
                 at = thing.point.position
                 if self._first("plane", thing.point.frame, thing.point.place, thing.normal):
@@ -87,6 +102,39 @@ class Looks:
             axes = zip(semi_axes, zip(*frame.axes, strict=True), strict=True)
             ends = [add(center.position, scale(size, axis)) for size, axis in axes]
             self._drawing.add("round", [center.position, *ends], frame.name)
+
+    def _solid(self, thing: Box | Capsule | Cylinder) -> None:
+        """The hull of its corners, or of points on its rims; a capsule has balls at its ends."""
+        if isinstance(thing, Box):
+            sides = product(*((-h, h) for h in thing.half_sizes))
+            frame, at = thing.center.frame, thing.center.place
+            points = [frame.point(*add(at, side)).position for side in sides]
+            about: tuple[Any, ...] = (at, thing.half_sizes)
+        else:
+            if isinstance(thing, Capsule):
+                frame = thing.start.frame
+                ends = [thing.start.place, thing.end.place]
+                for end in (thing.start, thing.end):
+                    self._round(end, (thing.radius,) * 3)
+                axis = subtract(ends[1], ends[0])
+                if not all(is_number(x) for x in axis):
+                    self.line(thing.start, thing.end)
+                    return
+                across = perpendicular(scale(dot(axis, axis) ** -0.5, axis))
+            else:
+                frame, (x, y, z) = thing.center.frame, thing.center.place
+                ends = [(x, y, z - thing.half_length), (x, y, z + thing.half_length)]
+                across = (1, 0, 0), (0, 1, 0)
+            angles = [2 * pi * k / _RIM for k in range(_RIM)]
+            arms = [add(scale(cos(a), across[0]), scale(sin(a), across[1])) for a in angles]
+            points = [
+                frame.point(*add(end, scale(thing.radius, arm))).position
+                for end in ends
+                for arm in arms
+            ]
+            about = (ends, thing.radius)
+        if self._first("solid", frame, *about):
+            self._drawing.add("hull", points, frame.name)
 
     def _graph(self, point: Point, surface: Surface) -> None:
         """The graph of a function around a point: a curve, in space a net."""

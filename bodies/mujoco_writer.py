@@ -1,22 +1,21 @@
 """One compiled model of MuJoCo, written as a model of ours."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from signorini.bodies.algebra import is_zero, subtract
-from signorini.bodies.frames import Frame, Point
+from signorini.bodies.frames import Frame
+from signorini.bodies.mujoco_contacts import Contacts, File, Side
+from signorini.bodies.mujoco_names import clean
 from signorini.bodies.mujoco_tendons import Tendons, Transmission
-from signorini.bodies.shapes import Ellipsoid, Plane, Round
 from signorini.bodies.spatial import Spatial
 from signorini.codegen.frontend.errors import ModelError
 from signorini.codegen.frontend.model import Model
 
 # Numbers that MuJoCo has for kinds of things.
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
-_PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = range(8)
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)
 # What is left out wherever it is not zero.
 _UNREAD = (
@@ -34,7 +33,6 @@ _UNREAD = (
     ("pair_dim", "contacts of pairs that the file lists"),
 )
 _DISABLED = ("contact", "limit", "frictionloss", "spring", "damper", "equality", "actuation")
-_NAMES = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 
 
 @dataclass
@@ -62,12 +60,6 @@ class Imported:
     left_out: list[str] = field(default_factory=list)
 
 
-def clean(name: str) -> str:
-    """A name that C and Python can have."""
-    word = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "part"
-    return f"n{word}" if word[0].isdigit() else word
-
-
 class Writer:
     """Writes the bodies, joints, actuators and contacts of a compiled model."""
 
@@ -76,7 +68,7 @@ class Writer:
         m: Any,
         name: str,
         contacts: bool | Iterable[str],
-        pairs: list[tuple[str, str]],
+        pairs: bool | list[tuple[Side, Side]],
         e_N: float,
         meshes: str | None,
         keyframe: str | None,
@@ -147,7 +139,11 @@ class Writer:
         self._tendons()
         self._equalities()
         self._actuators()
-        self._contacts()
+        file = File(
+            self.m, self.mujoco, self.world, self.frames, self.e_N, self.meshes,
+            self._named, self._said, self._leave, self._turned,
+        )  # fmt: skip
+        Contacts(file).write(self.contacts, self.pairs)
         for kind, count in (
             ("skin", self.m.nskin), ("flexible body", self.m.nflex),
             ("plugin", self.m.nplugin),
@@ -414,171 +410,6 @@ class Writer:
             return sum(gear * force for gear, force in forces)
         total = sum(force for _, force in forces)
         return gears.pop() * self._clamped(total, self.m.tendon_actfrcrange[tendon])
-
-    # --- contacts ---
-
-    def _moves(self, geom: int) -> bool:
-        return bool(self.m.body_weldid[self.m.geom_bodyid[geom]] != 0)
-
-    def _collide(self, a: int, b: int) -> bool:
-        m = self.m
-        bodies = sorted((int(m.geom_bodyid[a]), int(m.geom_bodyid[b])))
-        if (bodies[0] << 16) + bodies[1] in {int(s) for s in m.exclude_signature}:
-            return False
-        return bool(
-            (m.geom_contype[a] & m.geom_conaffinity[b])
-            or (m.geom_contype[b] & m.geom_conaffinity[a])
-        )
-
-    def _touching(self) -> list[int]:
-        """Geoms that touch planes: all, or those that are named, themselves or by their body."""
-        if isinstance(self.contacts, bool):
-            return list(range(self.m.ngeom))
-        found = []
-        named = set()
-        for geom in range(self.m.ngeom):
-            body = int(self.m.geom_bodyid[geom])
-            names = {self._said("GEOM", geom), self._said("BODY", body)} & set(self.contacts)
-            named |= names
-            if names:
-                found.append(geom)
-        for name in self.contacts:
-            if name not in named:
-                raise ModelError(
-                    self.model.name,
-                    f"contact of '{name}'",
-                    "the file has no geom, and no body with a geom, of that name",
-                    "Name others",
-                )
-        return found
-
-    def _contacts(self) -> None:
-        m = self.m
-        planes = [k for k in range(m.ngeom) if m.geom_type[k] == _PLANE and not self._moves(k)]
-        touching = self._touching()
-        for plane in planes if self.contacts else []:
-            wall = self._plane(plane)
-            for geom in touching:
-                if self._moves(geom) and self._collide(plane, geom):
-                    self._touch(geom, plane, wall, len(planes) > 1)
-        others = [
-            k
-            for k in range(m.ngeom)
-            if m.geom_type[k] != _PLANE and (m.geom_contype[k] or m.geom_conaffinity[k])
-        ]
-        wanted = {frozenset(pair) for pair in self.pairs}
-        for one, other in self.pairs:
-            self._pair(one, other)
-        between = sum(
-            self._collide(a, b)
-            and m.body_weldid[m.geom_bodyid[a]] != m.body_weldid[m.geom_bodyid[b]]
-            and frozenset((self._said("GEOM", a), self._said("GEOM", b))) not in wanted
-            for i, a in enumerate(others)
-            for b in others[i + 1 :]
-        )
-        if between:
-            self._leave(
-                f"{between} pairs of geoms that may collide", "name balls in pairs=[(one, other)]"
-            )
-
-    def _plane(self, geom: int) -> Plane:
-        frame, at, R = self._place(geom)
-        return self.world.plane(frame.point(*at), frame.direction(*map(float, R[:, 2])))
-
-    def _place(self, geom: int) -> tuple[Frame, tuple[float, ...], np.ndarray]:
-        m, nine = self.m, np.zeros(9)
-        self.mujoco.mju_quat2Mat(nine, m.geom_quat[geom])
-        frame = self.frames[m.geom_bodyid[geom]]
-        nine[np.abs(nine) < 1e-15] = 0.0  # right angles of the file, but for round-off
-        return frame, tuple(map(float, m.geom_pos[geom])), nine.reshape(3, 3)
-
-    def _parts(self, geom: int) -> list[tuple[str, Any]]:
-        """What of a geom can touch a plane first: balls, coins, corners, an ellipsoid."""
-        m = self.m
-        frame, at, R = self._place(geom)
-        size = [float(x) for x in m.geom_size[geom]]
-        kind = m.geom_type[geom]
-
-        def point(*place: float) -> Point:
-            return frame.point(*map(float, np.asarray(at) + R @ np.asarray(place)))
-
-        if kind == _SPHERE:
-            return [("", Round(point(0, 0, 0), size[0]))]
-        if kind == _CAPSULE:
-            ends = (("_top", size[1]), ("_bottom", -size[1]))
-            return [(word, Round(point(0, 0, z), size[0])) for word, z in ends]
-        if kind in (_ELLIPSOID, _CYLINDER):
-            quat = np.array(m.geom_quat[geom])
-            name = frame.name
-
-            def turned(z: float) -> Frame:
-                place = tuple(map(float, np.asarray(at) + R @ np.array([0, 0, z])))
-                return self._turned(frame, name, quat, place)
-
-            if kind == _ELLIPSOID:
-                return [("", Ellipsoid(turned(0.0), tuple(size)))]
-            coin = (size[0], size[0], 0.0)
-            ends = (("_top", size[1]), ("_bottom", -size[1]))
-            return [(word, Ellipsoid(turned(z), coin)) for word, z in ends]
-        if kind == _BOX or (kind == _MESH and self.meshes == "box"):
-            middle = np.zeros(3) if kind == _BOX else np.array(m.geom_aabb[geom][:3])
-            half = np.array(size if kind == _BOX else m.geom_aabb[geom][3:])
-            signs = [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-            return [
-                (f"_{n}", point(*(middle + half * np.array(sign)))) for n, sign in enumerate(signs)
-            ]
-        return []
-
-    def _touch(self, geom: int, plane: int, wall: Plane, several: bool) -> None:
-        m = self.m
-        parts = self._parts(geom)
-        said = m.geom_type[geom]
-        if not parts:
-            hint = " (meshes='box' takes its box)" if said == _MESH else ""
-            self._leave(
-                f"contact of geom '{self._said('GEOM', geom)}'", f"it is a {_NAMES[said]}{hint}"
-            )
-            return
-        mu = self._friction(geom, plane)
-        base = self._named("GEOM", geom, f"{self.frames[m.geom_bodyid[geom]].name}_geom")
-        if several:
-            base = f"{base}_on_{clean(self._said('GEOM', plane))}"
-        for word, part in parts:
-            self.world.contact(
-                f"{base}{word}", part, wall, mu=mu or 0, e_N=self.e_N, friction=mu is not None
-            )
-
-    def _friction(self, a: int, b: int) -> float | None:
-        """Coefficient of two geoms, as MuJoCo mixes them; None where contact has no friction."""
-        m = self.m
-        of = [a, b]
-        if m.geom_priority[a] != m.geom_priority[b]:
-            of = [max(of, key=lambda k: m.geom_priority[k])]
-        dimension = max(int(m.geom_condim[k]) for k in of)
-        if dimension == 1:
-            return None
-        if dimension > 3:
-            names = " and ".join(f"'{self._said('GEOM', k)}'" for k in (a, b))
-            self._leave(
-                f"torsional or rolling friction of {names}", "sliding friction alone is taken"
-            )
-        return float(max(m.geom_friction[k, 0] for k in of))
-
-    def _pair(self, one: str, other: str) -> None:
-        names = [self._said("GEOM", k) for k in range(self.m.ngeom)]
-        for word in (one, other):
-            if word not in names or self.m.geom_type[names.index(word)] != _SPHERE:
-                raise ModelError(
-                    self.model.name,
-                    f"pair ({one}, {other})",
-                    f"'{word}' is no ball of the file",
-                    "Name geoms that are spheres",
-                )
-        a, b = names.index(one), names.index(other)
-        mu = self._friction(a, b)
-        (_, first), (_, second) = self._parts(a)[0], self._parts(b)[0]
-        name = f"{clean(one)}_{clean(other)}"
-        self.world.contact(name, first, second, mu=mu or 0, e_N=self.e_N, friction=mu is not None)
 
     # --- the start ---
 

@@ -258,8 +258,38 @@ class Scene:
             For things between which there is no rule, or drilling in the plane.
         """
         kinematics = self._touch(f"contact '{name}'", one, other)
+        self._declare(
+            *(name, kinematics, frame_of(one), frame_of(other), guard, friction),
+            mu=mu,
+            e_N=e_N,
+            e_F=e_F,
+            impact=impact,
+            rolling=rolling,
+            drilling=drilling,
+            coupling=coupling,
+            compliance=compliance,
+            relaxation=relaxation,
+        )
+
+    def _declare(
+        self,
+        name: str,
+        kinematics: Touch,
+        frame: Frame,
+        other: Frame,
+        guard: Any,
+        friction: bool,
+        *,
+        mu: Any = 0,
+        e_F: Any = 0,
+        rolling: Any = None,
+        drilling: Any = None,
+        **laws: Any,
+    ) -> None:
+        """Tell the model of a contact of two frames whose kinematics are known."""
         gamma_F = None
-        directions = tangents(self.algebra, kinematics.normal) if friction else ()
+        along_plane = kinematics.tangents or tangents(self.algebra, kinematics.normal)
+        directions = along_plane if friction else ()
         if friction:
             # a direction in which nothing can move, as in a mechanism that is plane, has no slip
             slips = [(t, dot(t, kinematics.velocity)) for t in directions]
@@ -273,7 +303,6 @@ class Scene:
             guard = (
                 kinematics.guard if guard is None else self.algebra.minimum(kinematics.guard, guard)
             )
-        laws: dict[str, Any] = {}
         if rolling is not None or drilling is not None:
             if drilling is not None and self.dimension == 2:
                 raise ModelError(
@@ -282,29 +311,14 @@ class Scene:
                     "is given in the plane, where nothing spins about the normal",
                     "Leave it out; rolling is resistance to the rotation in the plane",
                 )
-            spin = subtract(frame_of(one).spin, frame_of(other).spin)
+            spin = subtract(frame.spin, other.spin)
             if rolling is not None:
-                along = (
-                    spin
-                    if self.dimension == 2
-                    else [dot(t, spin) for t in tangents(self.algebra, kinematics.normal)]
-                )
+                along = spin if self.dimension == 2 else [dot(t, spin) for t in along_plane]
                 laws["rolling"] = (rolling, list(along))
             if drilling is not None:
                 laws["drilling"] = (drilling, dot(kinematics.normal, spin))
         self.model.contact(
-            name,
-            g_N=kinematics.gap,
-            gamma_F=gamma_F,
-            mu=mu,
-            e_N=e_N,
-            e_F=e_F,
-            guard=guard,
-            impact=impact,
-            coupling=coupling,
-            compliance=compliance,
-            relaxation=relaxation,
-            **laws,
+            name, g_N=kinematics.gap, gamma_F=gamma_F, mu=mu, e_F=e_F, guard=guard, **laws
         )
 
     def rolling(self, name: str, one: Round | Ellipsoid, other: Plane | Round) -> None:

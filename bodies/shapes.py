@@ -25,6 +25,32 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True, eq=False)
+class Capsule:
+    """All that is within a radius of the line between two points of one frame."""
+
+    start: Point
+    end: Point
+    radius: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """A box around a point, with edges along the axes of the frame that it is a point of."""
+
+    center: Point
+    half_sizes: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """A cylinder around a point, its axis the z axis of the frame that it is a point of."""
+
+    center: Point
+    radius: Any
+    half_length: Any
+
+
+@dataclass(frozen=True, eq=False)
 class Plane:
     """A half plane or half space: everything on the side of the normal is free.
 
@@ -74,15 +100,16 @@ class Touch:
     velocity: Vector  # of the first thing's material relative to the second's
     place: Vector  # of that material
     guard: Any = None
+    tangents: tuple[Vector, ...] | None = None  # of slip, where the shapes have some of their own
 
 
 def frame_of(thing: Any) -> Frame:
     """The frame that a thing is fixed to."""
-    if isinstance(thing, Round):
+    if isinstance(thing, (Round, Box, Cylinder)):
         return thing.center.frame
     if isinstance(thing, Plane):
         return thing.point.frame
-    if isinstance(thing, Edge):
+    if isinstance(thing, (Edge, Capsule)):
         return thing.start.frame
     frame: Frame = thing.frame
     return frame

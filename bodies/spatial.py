@@ -1,6 +1,7 @@
 """Bodies in space: position and unit quaternion, or poses given by coordinates of one's own."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ from signorini.bodies.algebra import (
 from signorini.bodies.frames import Frame, Point, turned_in_space
 from signorini.bodies.given import positive, unit
 from signorini.bodies.scene import Scene
-from signorini.bodies.shapes import perpendicular
+from signorini.bodies.shapes import Plane, frame_of, perpendicular
+from signorini.bodies.solids import Solid, contacts_of, sizes_of
 from signorini.codegen.frontend.errors import ModelError
+from signorini.codegen.frontend.symbols import smooth
 
 
 class Spatial(Scene):
@@ -294,6 +297,61 @@ class Spatial(Scene):
         """Three expressions that vanish where two frames are parallel."""
         pairs = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, 1)), ((0, 0, 1), (1, 0, 0)))
         return [dot(one.direction(*a), other.direction(*b)) for a, b in pairs]
+
+    # --- contacts of solids --------------------------------------------------------------------
+
+    def solids(
+        self,
+        name: str,
+        one: Solid,
+        other: Solid | Plane,
+        *,
+        guard: Any = None,
+        friction: bool = True,
+        **laws: Any,
+    ) -> None:
+        """All contacts of two solids, or of a solid with a plane.
+
+        Parameters
+        ----------
+        name : str
+            Contacts are called ``name`` and the part that touches: ``name_0`` to ``name_7`` corners
+            of a box, ``name_start`` and ``name_end`` ends of a capsule, ``name_top`` and
+            ``name_bottom`` rims of a cylinder. Of two capsules, ``name_a_start`` is an end of `one`
+            with `other`, ``name_b_start`` the other way round, ``name_sides`` where they cross.
+        one, other : Round, Ellipsoid, Capsule, Box or Cylinder; `other` may be a Plane
+            A ball with a ball, capsule, box or cylinder, two capsules, all with planes.
+        guard : expression of t and q, optional
+            All these contacts exist in a step only if it is >= 0 at its start.
+        friction : bool
+            False leaves out the slip velocity.
+        **laws
+            ``mu``, ``e_N``, ``e_F`` and the others of `contact`.
+
+        Raises
+        ------
+        ModelError
+            For a pair without a rule, a size that is not positive, or a wrong law.
+        """
+        what = f"solids '{name}'"
+        for solid in (one, other):
+            for size in sizes_of(solid):
+                positive(self.model, f"size in {what}", size)
+        found = contacts_of(self.algebra, one, other)
+        if found is None:
+            raise ModelError(
+                self.model.name,
+                what,
+                f"there is no rule for {type(one).__name__} with {type(other).__name__}",
+                "Round with Round, Capsule, Box or Cylinder; Capsule with Capsule; all with Plane; "
+                "or write g_N and gamma_F yourself with Model.contact",
+            )
+        self.looks.touching(one, other)
+        frames = frame_of(one), frame_of(other)
+        for word, kinematics in found:
+            # gaps branch where other parts of the solids come nearest, and are smooth between
+            vouched = replace(kinematics, gap=smooth(kinematics.gap))
+            self._declare(f"{name}{word}", vouched, *frames, guard, friction, **laws)
 
     # --- start -----------------------------------------------------------------------------------
 

@@ -265,7 +265,7 @@ def test_gaps_of_all_primitives_to_a_tilted_plane() -> None:
         from_mjcf(TILTED, contacts=["hand"])
     # ten pairs of the five geoms could meet each other
     assert imported.left_out == [
-        "10 pairs of geoms that may collide: name balls in pairs=[(one, other)]"
+        "10 pairs of geoms that may collide: name some in pairs=[(one, other)], or give pairs=True"
     ]
 
 
@@ -320,7 +320,7 @@ def test_constraints_of_a_file() -> None:
     np.testing.assert_allclose(np.abs(g[1:]), np.abs(one - other)[[0, 2]], atol=1e-15)
     assert imported.left_out == [
         "equality 'number 2': it is not active",
-        "1 pairs of geoms that may collide: name balls in pairs=[(one, other)]",
+        "1 pairs of geoms that may collide: name some in pairs=[(one, other)], or give pairs=True",
     ]
 
 
@@ -428,8 +428,69 @@ def test_balls_that_touch_each_other() -> None:
         np.hypot(0.9, 0.25) - 0.3, abs=1e-15
     )
     assert values("e_N", np.zeros(2))[0] == 0.5
-    with pytest.raises(sg.ModelError, match="'three' is no ball of the file"):
+    with pytest.raises(sg.ModelError, match="pairs of name 'three': the file has no geom of it"):
         from_mjcf(text, pairs=[("one", "three")])
+
+
+CROWD = """<mujoco model="crowd"><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="a" pos="0 0 1"><freejoint/><geom name="cap" type="capsule" size=".1 .2" group="3"/>
+ <geom type="sphere" size=".1" pos=".3 0 0" quat=".9 .1 .2 .3"/>
+ <body name="child"><joint/><geom name="inner" size=".05"/></body></body>
+<body name="b" pos="0 0 2"><freejoint/><geom name="other" type="capsule" size=".1 .2" group="3"
+  quat=".7 .7 .1 0" pos=".1 .2 .3"/></body>
+<body name="c" pos="0 0 3"><freejoint/><geom name="crate" type="box" size=".1 .2 .3"/>
+ <geom name="can" type="cylinder" size=".1 .2" pos="0 1 0"/></body></worldbody>
+<contact><exclude body1="child" body2="c"/></contact></mujoco>"""
+
+
+def test_pairs_by_name_by_body_by_group_and_all() -> None:
+    """Which contacts there are, and that what is left is counted."""
+
+    def of(pairs: Any) -> tuple[set[str], int]:
+        imported = from_mjcf(CROWD, contacts=False, pairs=pairs)
+        names = [c.name for c in imported.model.contacts]
+        left = [line for line in imported.left_out if "may collide" in line]
+        return set(names), int(left[0].split()[0]) if left else 0
+
+    five = {f"cap_other_{w}" for w in ("a_start", "a_end", "b_start", "b_end", "sides")}
+    # 6 geoms: 15 pairs, less those of a with itself and its child (3), of c (1), the excluded (2)
+    assert of(False) == (set(), 9)
+    assert of([("cap", "other")]) == (five, 8)
+    assert of([(3, 3)]) == (five, 8)
+    assert of([("inner", "crate")]) == ({"inner_crate"}, 9)  # excluded, but named
+    assert of([("child", "c")]) == (set(), 9)
+    ball = {"a_geom2_crate", "a_geom2_can"}
+    assert of([("a", "c")]) == (ball, 7)  # its capsule has no rule with a box, nor with a cylinder
+    assert of(True) == (five | ball | {"a_geom2_other", "inner_other"}, 4)
+    with pytest.raises(sg.ModelError, match="is a capsule and a box, for which there is no rule"):
+        of([("cap", "crate")])
+    with pytest.raises(sg.ModelError, match="pairs of group 7: the file has no geom of it"):
+        of([(7, "cap")])
+
+
+def test_gaps_of_pairs_are_distances() -> None:
+    """Of all pairs, frames of geoms turned in their bodies: the smallest gaps are MuJoCo's."""
+    imported = from_mjcf(CROWD, contacts=False, pairs=True)
+    values, m = Values(imported), mujoco.MjModel.from_xml_string(CROWD)
+    data = mujoco.MjData(m)
+    names = [c.name for c in imported.model.contacts]
+    geoms = {"cap": 1, "a_geom2": 2, "inner": 3, "other": 4, "crate": 5, "can": 6}
+    rng = np.random.default_rng(4)
+    for _ in range(50):
+        q = np.array(m.qpos0) + rng.uniform(-0.5, 0.5, m.nq)
+        for first in (3, 11, 18):
+            q[first : first + 4] /= np.linalg.norm(q[first : first + 4])
+        data.qpos[:] = q
+        mujoco.mj_kinematics(m, data)
+        gaps = values("g_N", q)
+        guard = values("guard", q)
+        for one, other in (("cap", "other"), ("a_geom2", "crate"), ("a_geom2", "can"),
+                           ("a_geom2", "other"), ("inner", "other")):  # fmt: skip
+            distance = mujoco.mj_geomDistance(m, data, geoms[one], geoms[other], 5.0, None)
+            rows = [k for k, n in enumerate(names) if n.startswith(f"{one}_{other}")]
+            smallest = min(gaps[k] for k in rows if guard[k] >= 0)
+            if distance > 1e-3:
+                assert smallest == pytest.approx(distance, abs=2e-6)
 
 
 URDF = """<robot name="two_links"><link name="base"><inertial><mass value="3"/>
@@ -482,7 +543,7 @@ def test_friction_is_mixed_as_in_the_file() -> None:
     np.testing.assert_array_equal(mu[[0, 2]], [0.2, 0.5])
     assert imported.left_out == [
         "torsional or rolling friction of 'torsion' and 'floor': sliding friction alone is taken",
-        "6 pairs of geoms that may collide: name balls in pairs=[(one, other)]",
+        "6 pairs of geoms that may collide: name some in pairs=[(one, other)], or give pairs=True",
         "contacts of pairs that the file lists: there is no counterpart",
         "the flag that disables limit: the model has it all the same",
     ]
