@@ -97,7 +97,7 @@ def from_urdf(
     """A model from a URDF file or its text.
 
     As `from_mjcf`; meshes need not be there unless ``meshes="box"``. Links that are fixed to others
-    are parts of them.
+    are parts of them. Geoms are called as their links are, a second one of a link with ``_2``.
 
     Parameters
     ----------
@@ -129,6 +129,7 @@ def from_urdf(
     spec.compiler.discardvisual = True
     spec.compiler.fusestatic = True
     missing = [] if meshes == "box" else _without_meshes(spec)
+    _name_geoms(spec)
     ground = ground if isinstance(ground, bool) else list(ground)
     if ground:
         import mujoco
@@ -200,6 +201,20 @@ def _parsed(source: str | os.PathLike[str]) -> Any:
         raise ModelError(
             "robot", "its file", f"MuJoCo cannot read it: {error}", "Correct the file"
         ) from None
+
+
+def _name_geoms(spec: Any) -> None:
+    """Geoms of a URDF have no names: they get that of their link, which may be fused to another."""
+    taken = {geom.name for geom in spec.geoms}
+    for body in spec.bodies:
+        for geom in body.geoms:
+            count, word = 1, body.name
+            while not geom.name and word in taken:
+                count += 1
+                word = f"{body.name}_{count}"
+            if not geom.name:
+                geom.name = word
+                taken.add(word)
 
 
 def _without_meshes(spec: Any) -> list[str]:

@@ -424,9 +424,11 @@ class Writer:
         return inside
 
     def _start(self) -> None:
-        q: dict[str, float] = {}
+        q = dict(self.start)
         for joint, numbers in self.joints.items():
             first = self.m.jnt_qposadr[joint]
             for i, k in enumerate(numbers):
-                q[self.model.coordinate_names[k]] = self._within(joint, float(self.q0[first + i]))
-        self.model.initial_state(q=q | dict(self.start))
+                name = self.model.coordinate_names[k]
+                if name not in q:
+                    q[name] = self._within(joint, float(self.q0[first + i]))
+        self.model.initial_state(q=q)

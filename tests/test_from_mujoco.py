@@ -607,3 +607,67 @@ def test_without_mujoco_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'signorini\[robots\]'"):
         from_mjcf(ARM)
+
+
+LEGS = ("FR", "FL", "RR", "RL")
+STANCE = (0.0, 0.8, -1.6)  # of hip, thigh and calf [rad]
+
+
+def quadruped() -> sg.Model:
+    """The A1 on its feet; inputs are the angles that its joints are held at."""
+    start = {f"{leg}_thigh_joint": STANCE[1] for leg in LEGS}
+    start |= {f"{leg}_calf_joint": STANCE[2] for leg in LEGS} | {"base_free_z": 0.32}
+    feet = [f"{leg}_foot" for leg in LEGS]
+    path = robot_file("a1_description/urdf/a1.urdf")
+    imported = from_urdf(path, floating=True, ground=["trunk", *feet], start=start)
+    model = imported.model
+    assert [line for line in imported.left_out if "start" in line] == []
+    joints = [name for name in model.coordinate_names if name.endswith("_joint")]
+    kp, kd = model.parameters(kp=150.0, kd=3.0)
+    wanted = model.inputs(" ".join(f"u_{name}" for name in joints))
+    for name, angle in zip(joints, wanted, strict=True):
+        k = model.coordinate_names.index(name)
+        model.force({name: kp * (angle - model.q[k]) - kd * model.velocities[k]})
+    return model
+
+
+@pytest.mark.slow
+def test_a_quadruped_stands_trots_and_falls() -> None:
+    """With all twelve joints held it carries its weight on four feet; with diagonal legs lifted
+    in turn it walks on; without torques it falls on its trunk. Nothing penetrates."""
+    stepper = sg.build(quadruped(), stages=2)
+    text = robot_file("a1_description/urdf/a1.urdf").read_text()
+    mass = sum(float(e.get("value", 0)) for e in ET.fromstring(text).iter("mass"))
+    feet = [f"{leg}_foot" for leg in LEGS]
+
+    stands = stepper.simulate(t_end=3.0, dt=1e-3, inputs=4 * STANCE)
+    carried = [stands[f"{foot}.force_N"][-200:].mean() for foot in feet]
+    assert sum(carried) == pytest.approx(9.81 * mass, rel=2e-3)
+    assert min(carried) > 0.15 * 9.81 * mass
+    assert np.abs(stands["base_free_z"][-1000:] - 0.294).max() < 2e-3
+    upright = 1 - 2 * (stands.q[:, 4] ** 2 + stands.q[:, 5] ** 2)
+    assert upright.min() > 0.999
+
+    def trot(t: float, q: np.ndarray, v: np.ndarray) -> list[float]:
+        angles = []
+        for leg in LEGS:
+            phase = 5 * np.pi * t + (0.0 if leg in ("FR", "RL") else np.pi)
+            lift = max(0.0, np.sin(phase))
+            angles += [0.0, 0.8 + 0.15 * np.cos(phase) + 0.35 * lift, -1.6 - 0.6 * lift]
+        return angles
+
+    walks = stepper.simulate(t_end=3.0, dt=1e-3, inputs=trot)
+    assert walks["base_free_x"][-1] > 0.5
+    assert walks["base_free_z"].min() > 0.25
+    on = np.array([walks[f"{foot}.state"] != "open" for foot in feet])[:, 500:]
+    together = np.mean(on[0] == on[3]), np.mean(on[1] == on[2])
+    assert min(together) > 0.8  # feet of a diagonal
+    assert np.mean(on[0] != on[1]) > 0.6  # in turn with the others
+
+    falls = stepper.simulate(
+        t_end=2.0, dt=1e-3, inputs=4 * STANCE, parameters={"kp": 0.0, "kd": 0.5}
+    )
+    half_height = 0.057  # of the box around the trunk
+    assert falls["base_free_z"][-1] == pytest.approx(half_height, abs=1e-6)
+    for run in (stands, walks, falls):
+        assert run.smallest_gap[1:].min() > -1e-9
