@@ -22,7 +22,7 @@ from signorini.codegen.frontend.symbols import is_number
 
 _SAMPLES = 40  # intervals of a curve
 _MESHES = 10  # intervals of a surface along both sides
-_RIM = 12  # points on the rim of a cylinder
+_RIM = 8  # points on the rim of a cylinder
 
 
 class Looks:
@@ -41,7 +41,9 @@ class Looks:
 
     def body(self, frame: Frame) -> None:
         """A body is the hull of its points, unless something better is known."""
-        self._hulls[id(frame)] = self._drawing.add("hull", [frame.origin], frame.name)
+        guess = self._drawing.add("hull", [frame.origin], frame.name)
+        guess.guessed = True
+        self._hulls[id(frame)] = guess
         self._first("hull", frame, frame.point().place)
 
     def dot(self, name: str, at: Point) -> None:
@@ -102,6 +104,15 @@ class Looks:
             axes = zip(semi_axes, zip(*frame.axes, strict=True), strict=True)
             ends = [add(center.position, scale(size, axis)) for size, axis in axes]
             self._drawing.add("round", [center.position, *ends], frame.name)
+
+    def solid(self, thing: Any) -> None:
+        """A solid that belongs to a body, whether it touches anything or not."""
+        if isinstance(thing, Round):
+            self._round(thing.center, (thing.radius,) * 3)
+        elif isinstance(thing, Ellipsoid):
+            self._round(thing.frame.point(), thing.semi_axes)
+        else:
+            self._solid(thing)
 
     def _solid(self, thing: Box | Capsule | Cylinder) -> None:
         """The hull of its corners, or of points on its rims; a capsule has balls at its ends."""

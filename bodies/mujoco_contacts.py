@@ -82,6 +82,10 @@ class Contacts:
     def write(self, contacts: bool | list[str], pairs: bool | list[tuple[Side, Side]]) -> None:
         """Contacts with the planes of the world, and those between pairs of geoms."""
         m = self.file.m
+        for geom in range(m.ngeom):
+            solid = self._solid(geom)
+            if solid is not None and (m.geom_contype[geom] or m.geom_conaffinity[geom]):
+                self.file.world.looks.solid(solid)
         planes = [k for k in range(m.ngeom) if m.geom_type[k] == _PLANE and not self._moves(k)]
         touching = self._touching(contacts)
         for plane in planes if contacts else []:

@@ -37,12 +37,15 @@ class Drawn:
         Of the body or contact.
     by_hand : bool
         Whether `Model.shape` was called for it.
+    guessed : bool
+        Whether it stands for a body that nothing else was drawn for.
     """
 
     kind: str
     points: list[tuple[Any, ...]]
     name: str = ""
     by_hand: bool = False
+    guessed: bool = False
 
 
 @dataclass
@@ -78,11 +81,12 @@ class Drawing:
     def wanted(self) -> list[Drawn]:
         """Bodies that nothing was drawn for are hulls of their points; by hand beats that."""
         by_hand = any(thing.by_hand and thing.kind != "plane" for thing in self.things)
-        rounds = {thing.name for thing in self.things if thing.kind in ("round", "area")}
+        drawn = ("round", "area", "hull")
+        known = {t.name for t in self.things if t.kind in drawn and not t.guessed}
         found = []
         for thing in self.things:
-            if thing.kind == "hull" and not thing.by_hand:
-                if by_hand or thing.name in rounds:
+            if thing.guessed:
+                if by_hand or thing.name in known:
                     continue
                 kind = "dot" if len(thing.points) == 1 else "hull"
                 found.append(Drawn(kind, thing.points, thing.name))
