@@ -133,6 +133,21 @@ def bounded(folder: Path) -> list[str]:
     return lines
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("dt", [5e-5, 1e-4, 2e-4])
+@pytest.mark.parametrize("stages", [2, 3])
+def test_single_precision_goes_to_the_end(stages: int, dt: float) -> None:
+    """The slider-crank hits its walls 30 times and slides along them: all of it whole, in float."""
+    make = slider_crank.model
+    double, real = (sg.build(make(), stages=stages, precision=p) for p in ("double", "float"))
+    exact = double.simulate(t_end=0.1466, dt=dt)
+    traj = real.simulate(t_end=0.1466, dt=dt)
+    assert len(traj) == len(exact)
+    assert not np.any(traj.substeps)
+    assert traj.smallest_gap[1:].min() > -1e-7
+    assert np.abs(traj.q - exact.q).max() < 1e-3
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("page", "title", "rows"),

@@ -183,3 +183,8 @@ static unsigned long sg_fingerprint(const SG(work) * w, int n_rows) {
     }
     return hash;
 }
+
+/* The contact state of a problem as a number that is not negative. */
+static int sg_state_of(const SG(work) * w, const sg_problem *pr) {
+    return (int)(sg_fingerprint(w, pr->n_slots * sg_n_R(w)) & 0x7fffffffUL);
+}

@@ -216,6 +216,7 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
     sg_copy(pr->n_x, &w->x[pr->x], w->newton.x_old);
     sg_copy(n_rows, R, w->newton.R_old);
     for (turn = 0; turn < 2; ++turn) {
+        const int used = *iterations;
         for (a = 0; a < n; ++a) {
             w->system.solution[a] = R[w->system.reduced[a]] / w->system.root_scale[a];
         }
@@ -231,8 +232,8 @@ static int sg_least_norm(SG(work) * w, const SG(params) * par, const SG(options)
         sg_copy(n_rows, w->newton.R_old, R);
         sg_evaluate(w, par, opt, problem);
         *measure = sg_residual(w, opt, problem);
-        if (turn == 0) {
-            /* settling may have overwritten the factors */
+        if (turn == 0 && *iterations > used) {
+            /* settling has overwritten the factors */
             SG(derivatives)(w, par, problem);
             n = sg_reduce(w, problem, 0);
             rank = n > 0 ? sg_cod_factor(n, w->system.S, w->system.perm, w->system.tau,
@@ -266,18 +267,18 @@ static int sg_may_depend(const SG(work) * w, const sg_problem *pr) {
 
 /* Choose among the percussions that solve the problem, and note the contact state for which the
    choice holds: work.found.states, work.found.choice. As long as the state stays, what was found of
-   it in the step before is not found again. */
+   it in the step before is not found again; nor is that rows do not depend on each other where the
+   last direction saw it. */
 static void sg_choose(SG(work) * w, const SG(part) * s, const SG(params) * par,
                       const SG(options) * opt, SG(report) * info, int problem, int iterated,
                       real *measure) {
     const sg_problem *pr = sg_problem_at(w, problem);
-    const unsigned long print = sg_fingerprint(w, pr->n_slots * sg_n_R(w)) & 0x7fffffffUL;
-    const int state = (int)print;
+    const int state = sg_state_of(w, pr);
     const int same = s->warm > 0 && s->h_guess == w->h && s->states[problem] == state;
     int choice = SG_UNIQUE;
     if (same && (!iterated || (s->choice[problem] == SG_UNIQUE && w->system.deficiency == 0))) {
         choice = s->choice[problem];
-    } else if (sg_may_depend(w, pr)) {
+    } else if (state != w->system.determined && sg_may_depend(w, pr)) {
         choice = sg_least_norm(w, par, opt, problem, &info->iterations, measure);
     }
     w->found.states[problem] = state;

@@ -82,6 +82,7 @@ static real sg_merit(const SG(work) * w, int problem, real *stall) {
 static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int problem, int soft) {
     const sg_problem *pr = sg_problem_at(w, problem);
     int n, rank, a;
+    w->system.determined = -1;
 #if SG_JOINS
     if (sg_is_large(w, pr) && sg_large_direction(w, problem)) {
         return 0;
@@ -92,10 +93,12 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     w->system.rank = -1;
     if (n <= 0 && (n < 0 || w->smooth.bordered)) {
         sg_expand_direction(w, pr, 0);
+        w->system.determined = n == 0 ? sg_state_of(w, pr) : -1;
         return n;
     }
     if (w->system.deficiency == 0 && sg_solve_regular(w, n)) {
         sg_expand_direction(w, pr, n);
+        w->system.determined = sg_state_of(w, pr);
         return 0;
     }
     if (w->system.condensed) {
@@ -107,6 +110,7 @@ static int sg_newton_direction(SG(work) * w, const SG(options) * opt, int proble
     rank = sg_cod_factor(n, w->system.S, w->system.perm, w->system.tau, w->system.tau_z);
     w->system.left = n;
     w->system.rank = rank;
+    w->system.determined = rank == n ? sg_state_of(w, pr) : -1;
     sg_cod_solve(n, rank, w->system.S, w->system.perm, w->system.tau, w->system.tau_z,
                  w->system.rhs, w->system.scratch, w->system.solution);
     if (soft && rank < n && sg_is_contradictory(w, opt, n, rank)) {
@@ -271,6 +275,7 @@ static int sg_newton(SG(work) * w, const SG(params) * par, const SG(options) * o
     int iteration = 0;
     *measure = sg_measure(w, par, opt, problem);
     w->system.deficiency = 0;
+    w->system.determined = -1;
     for (;;) {
         real merit = SG_HUGE;
         real stall = SG_HUGE;

@@ -63,6 +63,7 @@ typedef struct {
     int left;                /* percussions left in the system last solved */
     int rank;                /* its rank; -1: it was factorised as it is */
     int deficiency;          /* dependent rows in the last direction */
+    int determined;          /* contact state in which it found none; -1: it did not look */
     int follower[SG_N_ROWS]; /* friction row eliminated with this one, or -1 */
     int reduced[SG_N_ROWS];  /* rows of the system */
     int perm[SG_N_ROWS];     /* order of its rows or columns in the factors */
