@@ -258,6 +258,14 @@ class Contacts:
                     "Pair spheres with spheres, capsules, boxes or cylinders, or two capsules",
                 )
             return False
+        m = self.file.m
+        if m.body_weldid[m.geom_bodyid[a]] == m.body_weldid[m.geom_bodyid[b]]:
+            raise ModelError(
+                self.file.world.model.name,
+                f"pair ({words[0]}, {words[1]})",
+                "is of two parts of one body, which never move against each other",
+                "Leave it out",
+            )
         mu = self._friction(a, b)
         name = "_".join(self._word(k) for k in (a, b))
         self.file.world.solids(

@@ -51,7 +51,7 @@ def has_rule(one: Any, other: Any) -> bool:
 def _turned(found: Touch) -> Touch:
     """The same contact with the solids in the other order."""
     n, velocity = scale(-1, found.normal), scale(-1, found.velocity)
-    return Touch(found.gap, n, velocity, found.place, found.guard)
+    return replace(found, normal=n, velocity=velocity)
 
 
 # --- parts ----------------------------------------------------------------------------------------

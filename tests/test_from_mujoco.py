@@ -464,6 +464,9 @@ def test_pairs_by_name_by_body_by_group_and_all() -> None:
     assert of(True) == (five | ball | {"a_geom2_other", "inner_other"}, 4)
     with pytest.raises(sg.ModelError, match="is a capsule and a box, for which there is no rule"):
         of([("cap", "crate")])
+    twice = CROWD.replace('<geom name="can" type="cylinder"', '<geom name="can" type="sphere"')
+    with pytest.raises(sg.ModelError, match="of two parts of one body"):
+        from_mjcf(twice, pairs=[("crate", "can")])
     with pytest.raises(sg.ModelError, match="pairs of group 7: the file has no geom of it"):
         of([(7, "cap")])
 
