@@ -146,7 +146,6 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("scales that depend on units", MASS, "w->masses.root_inertia[j] = SG_SQRT(w->masses.inertia[j] / w->masses.inertia[0]);", "w->masses.root_inertia[j] = SG_C(1.0) + w->masses.inertia[j];"),
     Mutant("no least norm", LEAST, "} else if (state != w->system.determined && sg_may_depend(w, pr)) {", "} else if (0) {"),
     Mutant("dependent rows count as independent", NEWTON, "rank == n ? sg_state_of(w, pr) : -1", "sg_state_of(w, pr)"),
-    Mutant("slip answers the other way", SYSTEM, "change += answer[", "change -= answer["),
     Mutant("rank never revealed", LINALG, "if (!(SG_FABS(beta) > SG_RANK * first)) {", "if (0) {"),
     Mutant("no pivoting", LINALG, "if (size > best) {", "if (best < SG_C(0.0)) {"),
     Mutant("the checker does not look at the momenta", CHECK, "if (!sg_small(w->found.r[i + j], w->scales.momentum_scale[j], SG_C(0.0), limit)) {", "if (0) {"),

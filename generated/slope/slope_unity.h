@@ -745,14 +745,12 @@
 #define sg_signorini_row slope_own_sg_signorini_row
 #undef sg_slip
 #define sg_slip slope_own_sg_slip
-#undef sg_slip_answers
-#define sg_slip_answers slope_own_sg_slip_answers
 #undef sg_slip_at
 #define sg_slip_at slope_own_sg_slip_at
 #undef sg_slip_of
 #define sg_slip_of slope_own_sg_slip_of
-#undef sg_slipping_rows
-#define sg_slipping_rows slope_own_sg_slipping_rows
+#undef sg_slipping_row
+#define sg_slipping_row slope_own_sg_slipping_row
 #undef sg_slips
 #define sg_slips slope_own_sg_slips
 #undef sg_slope

@@ -72,72 +72,35 @@ static inline void sg_free_row(SG(work) * w, const sg_problem *pr, int n, int a)
     w->system.S[a * n + a] += weight * w->system.root_scale[a] * sg_compliance(w, pr->R + row);
 }
 
-/* How the slip rows of a contact, from `row` on, answer changes of its slip: row d that of
-   component e at [d * components + e]. */
-static inline void sg_slip_answers(SG(work) * w, int row, int components, real *answer) {
-    real *dy = w->system.dy;
-    int d, e;
-    sg_fill(components, SG_C(0.0), &dy[row]);
-    for (e = 0; e < components; ++e) {
-        dy[row + e] = SG_C(1.0);
-        for (d = 0; d < components; ++d) {
-            answer[d * components + e] = sg_friction_change(w, row + d, dy, SG_C(0.0), -1);
-        }
-        dy[row + e] = SG_C(0.0);
-    }
-}
-
-/* Rows of the reduced system from a on, slip rows of a contact from component c of a slot on, where
-   it slips. Percussions of the contact itself count in other ways than as what moves it. */
-static void sg_slipping_rows(SG(work) * w, const sg_problem *pr, int n, int a, int c) {
+/* Row a of the reduced system, slip row c of a slot, where its contact slips. */
+static void sg_slipping_row(SG(work) * w, const sg_problem *pr, int n, int a, int c) {
     const int row = w->system.reduced[a];
     const sg_contact *contact = sg_contact_at(w, sg_slip_at(w, c)->contact);
-    const int components = contact->components;
-    const int pressing = sg_pressing(w, row);
-    real answer[SG_N_SLIP * SG_N_SLIP];
+    const int first = row - sg_slip_at(w, c)->component;
     real *dy = w->system.dy;
-    int b, d, e;
-    sg_slip_answers(w, row, components, answer);
+    int b, e;
     for (b = 0; b < n; ++b) {
         const real *z = &w->system.Z[b * pr->n_border];
         const int column = w->system.reduced[b];
-        const int own = column == pressing || (column >= row && column < row + components);
-        const real radius = -sg_bound_change(w, pr, row, z);
-        for (e = 0; e < components && (components > 1 || own); ++e) {
-            dy[row + e] = -sg_row_dot(&pr->C, w->C, row + e, z);
+        real change;
+        for (e = 0; e < contact->components; ++e) {
+            dy[first + e] = -sg_row_dot(&pr->C, w->C, first + e, z);
         }
-        for (d = 0; d < components; ++d) {
-            real change = w->rows.slip[row + d] * radius;
-            if (own || contact->loads > 0) {
-                change = sg_phi_change(w, pr, row + d, dy, radius, column);
-            } else {
-                /* one component alone slips on in its direction whatever its rate */
-                for (e = 0; e < components && components > 1; ++e) {
-                    change += answer[d * components + e] * dy[row + e];
-                }
-            }
-            w->system.S[b * n + a + d] =
-                change * w->system.root_scale[b] * w->system.inverse_scale[a + d];
-        }
+        change = sg_phi_change(w, pr, row, dy, -sg_bound_change(w, pr, row, z), column);
+        w->system.S[b * n + a] = change * w->system.root_scale[b] * w->system.inverse_scale[a];
     }
 }
 
 /* Right-hand side and matrix S of the reduced system, by columns, in scaled percussions. */
 static void sg_percussion_system(SG(work) * w, const sg_problem *pr, int n) {
-    int a = 0;
-    while (a < n) {
+    int a;
+    for (a = 0; a < n; ++a) {
+        const int row = w->system.reduced[a];
         sg_right_side(w, pr, a);
         if (sg_is_free(w, a)) {
             sg_free_row(w, pr, n, a);
-            ++a;
         } else {
-            /* all components of a contact slip, and stand one behind the other */
-            const int c = w->system.reduced[a] % sg_rows_of_slot(w) - sg_first_slip(w);
-            const int end = a + sg_contact_at(w, sg_slip_at(w, c)->contact)->components;
-            sg_slipping_rows(w, pr, n, a, c);
-            for (++a; a < end; ++a) {
-                sg_right_side(w, pr, a);
-            }
+            sg_slipping_row(w, pr, n, a, row % sg_rows_of_slot(w) - sg_first_slip(w));
         }
     }
 }
