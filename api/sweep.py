@@ -460,7 +460,12 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
     try:
         with _silent_children():
             started = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+                n_workers=workers,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                dashboard_address=None,
+                # what matters comes as a result; an interrupt may end workers before us
+                silence_logs=logging.CRITICAL + 1,
             )
     except KeyboardInterrupt:
         _end_at_once({})
