@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import casadi as ca
 from signorini.codegen.frontend.operations import OPERATIONS
@@ -65,7 +66,8 @@ class Operations:
     def _read(self, column: ca.SX) -> list[int]:
         """Take a column apart; the key of each entry."""
         f = ca.Function("f", [ca.vertcat(ca.SX(0, 1), *self.symbols)], [column])
-        found = f.instructions_sx()
+        found = cast(list[ca.SX], f.instructions_sx().elements())
+        called = False
         register: dict[int, int] = {}
         rows = column.sparsity().row()
         roots = [-1] * column.numel()
@@ -76,7 +78,8 @@ class Operations:
             inputs = f.instruction_input(k)
             if op == ca.OP_OUTPUT:
                 roots[rows[to[1]]] = register[inputs[0]]
-                self._meet(register[inputs[0]], column.nz[to[1]])
+                if called:
+                    self._meet(register[inputs[0]], column.nz[to[1]])
             elif op == ca.OP_ASSIGN:
                 register[to[0]] = register[inputs[0]]
             elif op == ca.OP_INPUT:
@@ -86,6 +89,7 @@ class Operations:
                 value = f.instruction_constant(k)
                 register[to[0]] = self._place((op, (), value), ca.SX(value))
             elif op == ca.OP_CALL:
+                called = True
                 for at, i in enumerate(inputs):
                     self._meet(register[i], found[k].dep(at))
                 name = found[k].which_function().name()
@@ -97,7 +101,7 @@ class Operations:
                     if place >= 0:
                         register[place] = self._place((ENTRY, (cell,), float(entry)), _UNMET)
             else:
-                for at, i in enumerate(inputs):
+                for at, i in enumerate(inputs if called else ()):
                     self._meet(register[i], found[k].dep(at))
                 key = (op, tuple(register[i] for i in inputs), 0.0)
                 register[to[0]] = self._place(key, found[k])

@@ -1,24 +1,24 @@
 """The parts that a model falls into: coordinates that nothing couples move apart from each other.
 
 Terms of L, forces, constraints and most contacts couple the coordinates that they depend on. What
-is left in several pieces is stepped piece by piece; equal pieces are of one kind and share their
-text. Contacts between parts of a model of many are couplings: they join their parts only in steps
-in which they may act.
+is left in several pieces is stepped piece by piece. Contacts between parts of a model of many are
+couplings: they join their parts only in steps in which they may act.
 """
 
-import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import casadi as ca
 from signorini.codegen.frontend.model_data import Contact, ModelData
-from signorini.codegen.graph import Operations
 
 _SUMS = {ca.OP_ADD: 1, ca.OP_SUB: -1}
 _MULTIPLES = (ca.OP_NEG, ca.OP_TWICE)
 _REST = -1  # what of L moves with no part
 # Parts from which on contacts join them step by step: what fewer say is solved at once sooner.
 LEAST_PARTS = 6
+# Nodes of all contacts between two parts from which on each of them is a coupling of its own: what
+# they say is then printed once for each kind of contact, and evaluated for those that may act.
+MANY_NODES = 3000
 _LINEAR = frozenset({*_SUMS, *_MULTIPLES, ca.OP_MUL, ca.OP_DIV})
 
 
@@ -48,84 +48,6 @@ class Part:
     couples: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Composition:
-    """A model as parts, each of a kind.
-
-    Attributes
-    ----------
-    parts : tuple of Part
-        In the order of their first coordinates; behind them couplings, in that of their contacts.
-    kinds : tuple of ModelData
-        One of each kind.
-    kind_of : tuple of int
-        The kind of each part.
-    drawn_alike : bool
-        Whether every point moves with one part at most, and parts of a kind are drawn alike.
-    """
-
-    parts: tuple[Part, ...]
-    kinds: tuple[ModelData, ...]
-    kind_of: tuple[int, ...]
-    drawn_alike: bool
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """A name of C for each kind: that of its first part."""
-        found: list[str] = []
-        for k in range(len(self.kinds)):
-            name = _spelled(self.parts[self.kind_of.index(k)])
-            found.append(f"{name}_{k}" if name in found else name)
-        return tuple(found)
-
-
-def compose(data: ModelData) -> Composition:
-    """The parts of a model and their kinds; a single part is the model itself."""
-    parts = _parts(data)
-    # the coefficients of all slip rows are one array or none, so is what an impact gives back
-    elliptic = {any(c.mu_F is not None for c in part.data.contacts) for part in parts}
-    poisson = {any(c.poisson for c in part.data.contacts) for part in parts}
-    if len(elliptic) > 1 or len(poisson) > 1:
-        parts = (_whole(data),)
-    kinds: list[ModelData] = []
-    found: dict[object, int] = {}
-    kind_of = []
-    pictures: dict[int, object] = {}
-    alike = len(parts) == 1 or _moves_with_one(data, parts)
-    known: dict[object, object] = {}  # signatures by what is the same to the letter
-    drawn: dict[object, object] = {}
-    for part in parts:
-        shape, columns = _said(part.data)
-        letters = shape, _letters(part.data, columns)
-        if letters not in known:
-            known[letters] = _signature(part.data)
-        signature = known[letters]
-        if signature not in found:
-            found[signature] = len(kinds)
-            kinds.append(part.data)
-        kind_of.append(found[signature])
-        if alike:
-            picture = _letters(part.data, [part.data.places])
-            if picture not in drawn:
-                drawn[picture] = _text_of(part.data, [part.data.places])
-            alike = pictures.setdefault(kind_of[-1], drawn[picture]) == drawn[picture]
-    return Composition(parts, tuple(kinds), tuple(kind_of), alike)
-
-
-def _moves_with_one(data: ModelData, parts: Sequence[Part]) -> bool:
-    """Whether every point that is drawn and moves does so with one part or coupling."""
-    depends = _Dependence(data)
-    with_one = {k for part in parts for k in part.points}
-    rows = range(data.places.shape[0])
-    return all(k in with_one for k in rows if depends.of(data.places[k, :]))
-
-
-def _spelled(part: Part) -> str:
-    """The name of a part as C can have it: nothing else begins like this."""
-    is_name = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", part.name)
-    return f"of_{part.name if is_name else part.data.coordinates[0]}"
-
-
 class _Joined:
     """Sets of coordinates, joined by what couples them."""
 
@@ -149,7 +71,7 @@ class _Joined:
                 self._root[root] = first
 
 
-class _Dependence:
+class Dependence:
     """Which coordinates an expression depends on, by itself or by its velocity."""
 
     def __init__(self, data: ModelData) -> None:
@@ -168,12 +90,15 @@ class _Dependence:
         return found
 
 
-def _of_contact(c: Contact) -> tuple[ca.SX | None, ...]:
-    return (c.g_N, c.gamma_F, c.mu, c.e_N, c.e_F, c.bound, c.guard, c.mu_F)
+OF_CONTACT = ("g_N", "gamma_F", "mu", "e_N", "e_F", "bound", "guard", "mu_F")
 
 
-def _parts(data: ModelData) -> tuple[Part, ...]:
-    depends = _Dependence(data)
+def of_contact(c: Contact) -> tuple[ca.SX | None, ...]:
+    return tuple(getattr(c, name) for name in OF_CONTACT)
+
+
+def parts_of(data: ModelData) -> tuple[Part, ...]:
+    depends = Dependence(data)
     joined = _Joined(data.n_q)
     for _, own in data.bodies:
         joined.join(own)
@@ -188,7 +113,7 @@ def _parts(data: ModelData) -> tuple[Part, ...]:
     of_rows = [b for b, rows in zip(blocks, (*g, *gamma), strict=True) for _ in rows]
     contacts: list[set[int]] = []
     for k, c in enumerate(data.contacts):
-        members = depends.of(*_of_contact(c))
+        members = depends.of(*of_contact(c))
         if c.load is not None:
             members |= set().union(*of_rows[c.load[0] : c.load[0] + c.load[1]])
         if c.presser is not None and c.presser != k:
@@ -204,11 +129,11 @@ def _parts(data: ModelData) -> tuple[Part, ...]:
     for members in blocks:
         joined.join(members)
     if any(not members for members in (*blocks, *contacts)):
-        return (_whole(data),)
+        return (whole(data),)
     couplings = _couplings(data, joined, contacts)
     bound = {joined.of(k) for members in (*blocks, *contacts) for k in members}
     if len(bound) < 2:
-        return (_whole(data),)
+        return (whole(data),)
     # what nothing touches or holds needs no step of its own
     joined.join(k for k in range(data.n_q) if joined.of(k) not in bound)
     return _cut(data, joined, terms, (of_rows, contacts), couplings)
@@ -217,8 +142,8 @@ def _parts(data: ModelData) -> tuple[Part, ...]:
 def _couplings(
     data: ModelData, joined: _Joined, members: list[set[int]]
 ) -> tuple[tuple[int, ...], ...]:
-    """Contacts between parts that join them step by step, those between the same parts together;
-    all other contacts join their parts for good."""
+    """Contacts between parts that join them step by step, those between the same parts together
+    unless they say very much; all other contacts join their parts for good."""
     groups: dict[int, list[int]] = {}
     for k, c in enumerate(data.contacts):
         groups.setdefault(k if c.presser is None else c.presser, []).append(k)
@@ -231,22 +156,33 @@ def _couplings(
             joined.join(j for k in group for j in members[k])
     bodies = {j for _, own in data.bodies for j in own}
 
-    def between() -> dict[frozenset[int], list[int]]:
-        found: dict[frozenset[int], list[int]] = {}
+    def between() -> dict[frozenset[int], list[list[int]]]:
+        found: dict[frozenset[int], list[list[int]]] = {}
         for group in may_open:
             parts = frozenset(joined.of(j) for k in group for j in members[k])
             if len(parts) > 1:
-                found.setdefault(parts, []).extend(group)
+                found.setdefault(parts, []).append(group)
         return found
+
+    def is_long(groups: Sequence[Sequence[int]]) -> bool:
+        said = [x for group in groups for k in group for x in of_contact(data.contacts[k])]
+        return ca.n_nodes(ca.veccat(*(x for x in said if x is not None))) >= MANY_NODES
 
     # what is no body is no part of its own: single coordinates of one that is written by hand
     while loose := [p for p in between() if not p <= {joined.of(j) for j in bodies}]:
         for parts in loose:
             joined.join(parts)
     if len({joined.of(j) for own in members for j in own}) < LEAST_PARTS:
-        for parts in between():
-            joined.join(parts)
-    return tuple(tuple(sorted(group)) for group in between().values())
+        for parts, pair in between().items():
+            if not is_long(pair):
+                joined.join(parts)
+    couplings: list[tuple[int, ...]] = []
+    for pair in between().values():
+        if is_long(pair):
+            couplings += [tuple(group) for group in pair]
+        else:
+            couplings.append(tuple(sorted(k for group in pair for k in group)))
+    return tuple(couplings)
 
 
 def _may_open(data: ModelData, first: int, group: Sequence[int]) -> bool:
@@ -259,7 +195,7 @@ def _may_open(data: ModelData, first: int, group: Sequence[int]) -> bool:
     return contact.g_N is not None and not contact.one_way and pressed and not loaded and gaps == 1
 
 
-def _whole(data: ModelData) -> Part:
+def whole(data: ModelData) -> Part:
     n_R = data.n_g + data.n_gamma + data.n_N + data.n_F
     return Part(
         data.name,
@@ -286,7 +222,7 @@ def _contact_of_row(data: ModelData, row: int) -> int:
     return [k for k, c in enumerate(data.contacts) if c.g_N is not None][normal]
 
 
-def _terms(L: ca.SX, depends: _Dependence) -> list[tuple[set[int], ca.SX]]:
+def _terms(L: ca.SX, depends: Dependence) -> list[tuple[set[int], ca.SX]]:
     """What L is a sum of, and what each term depends on; differences and products with numbers and
     parameters are taken apart, too."""
     found = []
@@ -415,7 +351,7 @@ def _cut(
             ),
         )
 
-    depends = _Dependence(data)
+    depends = Dependence(data)
     moving = [
         frozenset(joined.of(j) for j in depends.of(data.places[k, :]))
         for k in range(data.places.shape[0])
@@ -437,14 +373,17 @@ def _cut(
             )
         )
     still = ca.SX.zeros(data.n_q, 1)
+    drawn = _drawn_by_contact(data)
+    of_contact_drawn = {k for name in drawn for k in drawn[name]}
     between: dict[frozenset[int], list[int]] = {}
     for k, among in enumerate(moving):
-        if len(among) > 1:
+        if len(among) > 1 and k not in of_contact_drawn:
             between.setdefault(among, []).append(k)
     for contacts in sorted(couplings):
         # contacts are drawn where they are, by coordinates of both
         touched = frozenset(joined.of(j) for k in contacts for j in of_contacts[k])
-        points = tuple(between.get(touched, ()))
+        own_points = [p for k in contacts for p in drawn.get(data.contacts[k].name, ())]
+        points = (*between.pop(touched, ()), *(p for p in own_points if len(moving[p]) > 1))
         seen = (depends.of(data.places[k, :]) for k in points)
         own = tuple(sorted(set().union(*(of_contacts[k] for k in contacts), *seen)))
         rows = percussions(contacts)
@@ -452,6 +391,17 @@ def _cut(
         name = data.contacts[contacts[0]].name
         parts.append(Part(name, own, contacts, rows, points, inside, couples=True))
     return tuple(parts)
+
+
+def _drawn_by_contact(data: ModelData) -> dict[str, range]:
+    """Points that contacts are drawn with, by their names."""
+    names = {c.name for c in data.contacts}
+    found, at = {}, 0
+    for kind, name, count in data.shapes:
+        if kind == "contact" and name in names:
+            found[name] = range(at, at + count)
+        at += count
+    return found
 
 
 def _name(data: ModelData, own: tuple[int, ...]) -> str:
@@ -524,57 +474,3 @@ def _kept(blocks: tuple[tuple[str, int], ...], rows: set[int]) -> tuple[tuple[st
             found.append((name, count))
         at += count
     return tuple(found)
-
-
-def _said(data: ModelData) -> tuple[str, list[ca.SX]]:
-    """All that is said of a part: what is no expression, and the expressions."""
-    columns = [data.L, data.f, data.g, data.gamma]
-    shape: list[object] = [len(data.coordinates), data.g_blocks and data.n_g, data.n_gamma]
-    for c in data.contacts:
-        for field in fields(Contact):
-            value = getattr(c, field.name)
-            if field.name != "name":
-                shape.append(value.shape if isinstance(value, ca.SX) else value)
-        columns += [x for x in _of_contact(c) if x is not None]
-    for y in data.compliances:
-        shape.append((y.row, y.normal))
-        columns += [y.compliance, y.relaxation]
-    return repr(shape), columns
-
-
-def _letters(data: ModelData, columns: Sequence[ca.SX]) -> object:
-    """Equal for expressions of two parts that were built the same way: seen at once, but not of all
-    that the same text describes."""
-    own = ca.vertcat(data.q, data.v)
-    common = ca.SX.sym("x", own.numel())
-    said = ca.vertcat(ca.SX(0, 1), *(ca.vec(ca.densify(x)) for x in columns))
-    # other symbols are those of the model
-    f = ca.Function("f", [common], [ca.substitute(said, own, common)], {"allow_free": True})
-    return f.serialize()
-
-
-def _signature(data: ModelData) -> object:
-    """Equal for parts that the same text describes: all that is said, with the same numbers and
-    parameters, of coordinates in the same order."""
-    shape, columns = _said(data)
-    return shape, _text_of(data, columns)
-
-
-def _text_of(data: ModelData, columns: Sequence[ca.SX]) -> object:
-    """Equal where expressions of two parts are the same of coordinates in the same order."""
-    full = [ca.densify(x) for x in columns]
-    operations = Operations([x[k] for x in full for k in range(x.numel())])
-    roles = {
-        column[k].element_hash(): (letter, k)
-        for letter, column in (
-            *(("t", data.t), ("q", data.q), ("v", data.v)),
-            *(("u", data.u), ("par", data.par)),
-        )
-        for k in range(column.numel())
-    }
-    symbols = [roles[s.element_hash()] for s in operations.symbols]
-    keys = tuple(
-        (op, args, symbols[int(number)] if op == ca.OP_INPUT else number)
-        for op, args, number in operations.keys
-    )
-    return keys, tuple(operations.roots), tuple(operations.called)

@@ -87,7 +87,7 @@ class Library:
                 ctype: Any = ctypes.c_int if kind == "int" else self.real
             elif kind == "void*":
                 ctype = ctypes.c_void_p
-            elif kind in ("int*", "real*"):
+            elif kind in ("int*", "real*", "const real*"):
                 ctype = ctypes.POINTER(ctypes.c_int if kind == "int*" else self.real)
             elif kind.endswith("*"):
                 ctype = ctypes.POINTER(self.structs[kind[:-1]])

@@ -11,8 +11,8 @@ import signorini as sg
 from compilers import STRICT, compiler, run
 from crowds import RADIUS, balls_in_a_bowl, crowd, row_of_discs
 from signorini.codegen import parts
+from signorini.codegen.composition import compose
 from signorini.codegen.frontend.validate import freeze
-from signorini.codegen.parts import compose
 from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.replay import FailedStep, replay

@@ -11,8 +11,8 @@ from compilers import STRICT, compiler, run
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from signorini.bodies import Planar, Spatial, inertia
+from signorini.codegen.composition import compose
 from signorini.codegen.frontend.validate import freeze
-from signorini.codegen.parts import compose
 from signorini.runtime.library import SUCCESS
 from signorini.runtime.options import RunOptions
 from signorini.runtime.stability import stable_step

@@ -21,6 +21,7 @@ from signorini.codegen.c.shared import members, shared_function, spaces_of
 from signorini.codegen.c.sizes import largest, of_island, sizes, together, with_scratch_of
 from signorini.codegen.c.spec import EmitSpec, ForwardSpec, KindSpec, PartSpec, Step
 from signorini.codegen.c.tables import CTable, c_table
+from signorini.codegen.composition import Composition, compose
 from signorini.codegen.derive.influence import influence
 from signorini.codegen.derive.public import PUBLIC, SLOPES, arguments_of
 from signorini.codegen.derive.quantities import Derivation
@@ -28,7 +29,6 @@ from signorini.codegen.forward import with_forward
 from signorini.codegen.frontend.errors import GenerationError, ModelError
 from signorini.codegen.frontend.model_data import ModelData
 from signorini.codegen.frontend.names import FILES, HEADERS
-from signorini.codegen.parts import Composition, compose
 from signorini.codegen.program import Scheme
 from signorini.version import __version__
 
@@ -262,7 +262,9 @@ class _Builder:
         seeds = plan.forward.seeds if plan.forward else {}
         self.writer = FunctionWriter(d, prefix, precision, plan.memory, seeds)
         single = len(kinds) == 1 and not kinds[0].name
-        self.parts = _parts(composition, data) if composition and not single else (_whole(d),)
+        self.parts = (
+            _parts(composition, data, precision) if composition and not single else (_whole(d),)
+        )
         each = [sizes(kind.data, kind.plan) for kind in kinds]
         couplings = sum(part.couples for part in self.parts)
         kind_of = [part.kind for part in self.parts]
@@ -467,13 +469,16 @@ def _whole(d: Derivation) -> PartSpec:
     return PartSpec(data.name, 0, tuple(q), tuple(contacts), tuple(rows), ())
 
 
-def _parts(composition: Composition, data: ModelData) -> tuple[PartSpec, ...]:
+def _parts(composition: Composition, data: ModelData, precision: Precision) -> tuple[PartSpec, ...]:
     found = []
-    for part, kind in zip(composition.parts, composition.kind_of, strict=True):
+    for part, kind, values in zip(
+        composition.parts, composition.kind_of, composition.constants, strict=True
+    ):
         own = members(part, data)
         places = tuple(own[space] for space in SPACES)
         rows = (part.coordinates, part.contacts, part.rows)
-        found.append(PartSpec(part.name, kind, *rows, places, part.couples))
+        constants = tuple(precision.number(x) for x in values)
+        found.append(PartSpec(part.name, kind, *rows, places, part.couples, constants))
     return tuple(found)
 
 

@@ -14,7 +14,7 @@ from signorini.codegen.graph import Graph, Known, Operations
 from signorini.codegen.program import ARGUMENT, Assembly, Memory, Point, Ref
 
 _LOCAL = frozenset(
-    {"t", "q", "v", "u", "par", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}
+    {"t", "q", "v", "u", "par", "own", "h", "R", "terms", "out", "at", "w", "real", "i_fill"}
 )
 
 
@@ -165,6 +165,8 @@ class FunctionWriter:
         self._plain = {data.t.element_hash(): ("t", "t"), d.h.element_hash(): ("h", "h")}
         for k in range(d.R.numel()):
             self._plain[d.R[k].element_hash()] = ("R", f"R[{k}]")
+        for k in range(data.own.numel()):
+            self._plain[data.own[k].element_hash()] = ("own", f"own[{k}]")
         for name, seed in seeds.items():
             for k in range(seed.numel()):
                 source = f"d{name}" if name in ("t", "h") else f"d{name}[{k}]"
@@ -390,6 +392,10 @@ class FunctionWriter:
 
     # --- text ------------------------------------------------------------------------------------
 
+    def _with_own(self, arguments: Sequence[str]) -> tuple[str, ...]:
+        """Arguments of a function, with the constants of a part where its kind has some."""
+        return (*arguments, *(("own",) if self.d.data.own.numel() else ()))
+
     def _label(self, name: str, i: int, j: int, columns: int) -> str:
         if columns == 1:
             return ""
@@ -410,9 +416,10 @@ class FunctionWriter:
         known: Known = (),
     ) -> CFunction:
         real = self.real
+        arguments = self._with_own(arguments)
         declared = {
             **{name: CParameter(name) for name in ("t", "h")},
-            **{name: CParameter(name, array=True) for name in ("q", "v", "u", "R", "terms")},
+            **{name: CParameter(name, array=True) for name in (*"qvuR", "own", "terms")},
             "par": CParameter("par", struct="params"),
             "at": CParameter("at", struct=at),
         }

@@ -12,7 +12,7 @@ from signorini.codegen.c.sizes import Sizes, sizes
 from signorini.codegen.c.spec import ContactRow, KindSpec, ProblemSpec, Step
 from signorini.codegen.derive.quantities import Derivation
 from signorini.codegen.frontend.model_data import ModelData
-from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Scheme
+from signorini.codegen.program import Assembly, Evaluate, Inertia, Jacobian, Problem, Ref, Scheme
 
 
 def work_of(joins: bool) -> CParameter:
@@ -79,6 +79,7 @@ class KindBuilder:
             kind.d, prefix, precision, plan.memory, seeds, kind=self.prefix
         )
         self.sizes: Sizes = sizes(kind.data, plan)
+        self.own = (Ref("own"),) if kind.data.own.numel() else ()
         self.helpers: list[CFunction] = []
         self.known_points = {s.removeprefix(self.prefix) for s in structs}
         self.at = at
@@ -160,7 +161,7 @@ class KindBuilder:
         for part in parts:
             if isinstance(part, Evaluate):
                 if part.point in self.known_points:
-                    values = (*part.arguments, part.into)
+                    values = (*part.arguments, *self.own, part.into)
                     arguments = tuple(refs.argument(a, self.precision, self.prefix) for a in values)
                     steps.append(Step(f"{self.prefix}evaluate_{part.point}", arguments))
             elif any(t.size for t in part.targets):

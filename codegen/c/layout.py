@@ -38,7 +38,8 @@ ITERATIONS_OF_PART = 30  # the same for each part of a model with couplings, if 
 
 @dataclass(frozen=True)
 class Field:
-    """One member: C type without prefix (real, int, real*, int*, or a struct's name)."""
+    """One member: C type without prefix (real, int, real*, const real*, int*, or a struct's
+    name)."""
 
     name: str
     type: str
@@ -427,7 +428,9 @@ def _islands(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]:
         return (Field("trial", "state", (), "state at the start of the (sub)step"),)
     joins = whole.n_couplings > 0
     return (
-        Field("kind", "int", (), "kind of the part that is being stepped"),
+        Field("number", "int", (), "of the part that is being stepped"),
+        Field("kind", "int", (), "its kind"),
+        *(() if joins else _own(most)),
         Field("trial", "part", (), "its state at the start of the (sub)step"),
         Field("report", "report", (), "what its step reports"),
         Field(
@@ -447,6 +450,11 @@ def _islands(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]:
         Field("part_v", "real", (most.n_stages, most.n_q), "V^i of one part"),
         Field("part_R", "real", (most.n_stages, most.n_R), "R^i of one part"),
     )
+
+
+def _own(most: Sizes) -> tuple[Field, ...]:
+    """The constants of a part, where kinds have some."""
+    return (Field("own", "const real*", (), "its constants"),) if most.n_own else ()
 
 
 def _places(kinds: Sequence[Scratch], points: tuple[Struct, ...]) -> tuple[Field, ...]:
@@ -475,6 +483,7 @@ def _element(
             "One part or coupling of an island.",
             (
                 *((Field("trial", "recalled", (), "terms known before"),) if recalled else ()),
+                *_own(most),
                 *_model_work(kinds, most, _terms(recalls, most)),
                 *_places(kinds, points),
             ),
@@ -513,6 +522,7 @@ def _of_couplings(whole: Sizes, most: Sizes, island: Sizes) -> tuple[Field, ...]
         Field("n_links", "int", (), "couplings that join parts in this step"),
         Field("link", "link", (whole.n_joined,), "these couplings at its end"),
         Field("joins", "int", (whole.n_couplings,), "whether a coupling does"),
+        Field("there", "int", (whole.n_couplings,), "whether one of its contacts exists"),
         Field("root", "int", (whole.n_parts,), "first part of the island of each part"),
         Field("whole", "int", (whole.n_parts,), "whether its stages are those of the whole step"),
         Field("island", "void*", (), "sizes and tables of the island that is being stepped"),

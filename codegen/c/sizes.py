@@ -66,6 +66,7 @@ class Sizes:
     n_couplings: int
     n_joined: int
     n_table: int
+    n_own: int
     spatial: bool
 
 
@@ -131,6 +132,7 @@ def sizes(data: ModelData, scheme: Scheme) -> Sizes:
         n_couplings=0,
         n_joined=0,
         n_table=0,
+        n_own=data.own.numel(),
         n_ways=2 * data.n_q + len(data.parameters) + len(data.inputs) + 4 if scheme.forward else 0,
         spatial=spatial,
     )

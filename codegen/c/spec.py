@@ -46,7 +46,7 @@ _TEMPLATE_MACROS = (
 
 # Tables of each kind of parts, and of what each part has of the model.
 _TABLES = ("contacts", "slips", "problems", "one_way", "yielding", "poisson")
-_SHARES = ("sg_share", "sg_shares", "sg_places", "sg_counts")
+_SHARES = ("sg_share", "sg_shares", "sg_share_own", "sg_places", "sg_counts")
 
 
 def _names(
@@ -212,6 +212,7 @@ class PartSpec:
     rows: tuple[int, ...]
     shares: tuple[tuple[int, ...], ...]  # space by space, as SPACES counts them
     couples: bool = False  # contacts between parts, which have the coordinates
+    constants: tuple[str, ...] = ()  # of its kind, as C writes them
 
 
 @dataclass(frozen=True)
@@ -310,6 +311,19 @@ class EmitSpec:
         """Where the places of each part begin in the table of all parts."""
         counts = (len(p.coordinates) + len(p.contacts) + len(p.rows) for p in self.parts)
         return tuple(accumulate(counts, initial=0))
+
+    @property
+    def constants(self) -> bool:
+        """Whether a kind stands for parts that differ in numbers."""
+        return any(part.constants for part in self.parts)
+
+    @property
+    def first_constants(self) -> tuple[int, ...]:
+        """Where the constants of each part begin in the table of all; 0 where it has none."""
+        firsts = accumulate((len(part.constants) for part in self.parts), initial=0)
+        return tuple(
+            first if part.constants else 0 for first, part in zip(firsts, self.parts, strict=False)
+        )
 
     @property
     def first_shares(self) -> tuple[tuple[int, ...], ...]:

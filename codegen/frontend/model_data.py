@@ -113,6 +113,7 @@ class ModelData:
     `units` are those of the coordinates, empty where none were given.
     `bodies` has the names of what was declared as a body, and its coordinates.
     `shapes` has kind, name and number of points of what is drawn, `places` the points in rows.
+    `own` has constants of a part that stands for several which differ in numbers: none in a model.
     """
 
     name: str
@@ -146,6 +147,7 @@ class ModelData:
     doc: str = field(default="")
     dt: float = 1e-3
     t_end: float = 1.0
+    own: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
 
     @property
     def explicit_time(self) -> bool:

@@ -75,6 +75,7 @@
 #undef SG_N_LOADS
 #undef SG_N_N
 #undef SG_N_ONE_WAY
+#undef SG_N_OWN
 #undef SG_N_PARTS
 #undef SG_N_PROBLEMS
 #undef SG_N_Q
@@ -587,6 +588,10 @@
 #define sg_one_way slider_crank_own_sg_one_way
 #undef sg_over_axis
 #define sg_over_axis slider_crank_own_sg_over_axis
+#undef sg_own
+#define sg_own slider_crank_own_sg_own
+#undef sg_part_number
+#define sg_part_number slider_crank_own_sg_part_number
 #undef sg_parts
 #define sg_parts slider_crank_own_sg_parts
 #undef sg_past

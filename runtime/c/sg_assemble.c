@@ -51,6 +51,9 @@ static void sg_send_rows(const SG(work) * w, int m, int slots, const real *from,
 /* What every evaluation of an element reads. */
 static void sg_bring_start(SG(work) * w, int m) {
     SG(element) *e = &w->element[m];
+#if SG_N_OWN > 0
+    e->own = &sg_own[sg_parts[w->members[m]].own];
+#endif
     e->t = w->t;
     e->h = w->h;
     sg_copy(SG_N_U, w->u, e->u);
@@ -96,15 +99,15 @@ static void sg_send_matrix(const SG(work) * w, int m, int what, int rows, const 
 static void sg_recall_element(SG(work) * w, const SG(params) * par, int m) {
 #if SG_N_KEY > 0
     SG(element) *e = &w->element[m];
-    const int kind = sg_parts[w->members[m]].kind;
+    const int part = w->members[m];
     int k;
-    SG(part_key)(kind, e->t, e->q, par, e->key);
-    for (k = 0; k < sg_kinds[kind].n_key; ++k) {
+    SG(part_key)(part, e->t, e->q, par, e->key);
+    for (k = 0; k < sg_kinds[sg_parts[part].kind].n_key; ++k) {
         e->trial.has_terms = e->trial.has_terms && e->trial.key[k] == e->key[k];
     }
     if (!e->trial.has_terms) {
-        SG(part_terms)(kind, e->t, e->q, par, e->trial.terms);
-        sg_copy(sg_kinds[kind].n_key, e->key, e->trial.key);
+        SG(part_terms)(part, e->t, e->q, par, e->trial.terms);
+        sg_copy(sg_kinds[sg_parts[part].kind].n_key, e->key, e->trial.key);
         e->trial.has_terms = 1;
     }
 #else
@@ -120,10 +123,10 @@ static void sg_retain(SG(work) * w, const SG(params) * par) {
     int m;
     for (m = 0; m < w->n_members; ++m) {
         SG(element) *e = &w->element[m];
-        const int kind = sg_parts[w->members[m]].kind;
-        const int n = sg_kinds[kind].n_terms;
+        const int part = w->members[m];
+        const int n = sg_kinds[sg_parts[part].kind].n_terms;
         sg_bring(w, m, 1, w->q_end, e->q_end);
-        SG(part_key)(kind, w->t + w->h, e->q_end, par, e->trial.key);
+        SG(part_key)(part, w->t + w->h, e->q_end, par, e->trial.key);
         sg_copy(n, &e->terms[(SG_N_STAGES - 2) * n], e->trial.terms);
         e->trial.has_terms = 1;
     }

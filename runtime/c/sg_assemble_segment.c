@@ -41,7 +41,7 @@ static real sg_energy(const SG(work) * w, real t, const real q[], const real v[]
         real E[1];
         sg_bring(w, m, 1, q, own_q);
         sg_bring(w, m, 1, v, own_v);
-        SG(part_energy)(sg_parts[w->members[m]].kind, t, own_q, own_v, par, E);
+        SG(part_energy)(w->members[m], t, own_q, own_v, par, E);
         sum += E[0];
     }
     return sum;

@@ -54,9 +54,10 @@ typedef struct {
     const int *one_way, *yielding, *poisson;
 } sg_kind;
 
-/* A part of the model: its kind, and where its places begin in sg_members. */
+/* A part of the model: its kind, where its places begin in sg_members, and its constants in sg_own.
+ */
 typedef struct {
-    int kind, first;
+    int kind, first, own;
 } sg_member;
 
 enum { SG_ROW_FREE, SG_ROW_ZERO, SG_ROW_SLIP };                  /* kind of a percussion row */
@@ -99,18 +100,18 @@ static void SG(finish_segment_forward)(SG(work) * w);
 #endif
 #endif
 
-/* The same of a part of one kind. */
-static void SG(part_energy)(int kind, real t, const real q[], const real v[],
+/* The same of a part, by its number; what needs no constants by its kind. */
+static void SG(part_energy)(int part, real t, const real q[], const real v[],
                             const SG(params) * par, real out[]);
-static void SG(part_places)(int kind, real t, const real q[], const SG(params) * par,
+static void SG(part_places)(int part, real t, const real q[], const SG(params) * par,
                             SG(consistency) * out);
-static void SG(part_rates)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+static void SG(part_rates)(int part, real t, const real q[], const real v[], const SG(params) * par,
                            SG(consistency) * out);
 static void SG(part_stages)(int kind, const SG_ELEMENT *w, real stage_t[], real stage_q[],
                             real stage_v[], real stage_R[]);
 #if SG_N_KEY > 0
-static void SG(part_terms)(int kind, real t, const real q[], const SG(params) * par, real out[]);
-static void SG(part_key)(int kind, real t, const real q[], const SG(params) * par, real out[]);
+static void SG(part_terms)(int part, real t, const real q[], const SG(params) * par, real out[]);
+static void SG(part_key)(int part, real t, const real q[], const SG(params) * par, real out[]);
 #endif
 
 #if SG_JOINS

@@ -62,12 +62,12 @@ static void sg_recall(SG(work) * w, const SG(params) * par) {
 #if SG_N_KEY > 0
     SG(part) *s = &w->trial;
     int k;
-    SG(part_key)(sg_kind_number(w), w->t, w->q, par, w->key);
+    SG(part_key)(sg_part_number(w), w->t, w->q, par, w->key);
     for (k = 0; k < sg_kind_of(w)->n_key; ++k) {
         s->has_terms = s->has_terms && s->key[k] == w->key[k];
     }
     if (!s->has_terms) {
-        SG(part_terms)(sg_kind_number(w), w->t, w->q, par, s->terms);
+        SG(part_terms)(sg_part_number(w), w->t, w->q, par, s->terms);
         sg_copy(sg_kind_of(w)->n_key, w->key, s->key);
         s->has_terms = 1;
     }
@@ -80,7 +80,7 @@ static void sg_recall(SG(work) * w, const SG(params) * par) {
 /* Keep the terms of the end of the step, and what they belong to. */
 static void sg_retain(SG(work) * w, const SG(params) * par) {
 #if SG_N_KEY > 0
-    SG(part_key)(sg_kind_number(w), w->t + w->h, w->q_end, par, w->trial.key);
+    SG(part_key)(sg_part_number(w), w->t + w->h, w->q_end, par, w->trial.key);
     sg_copy(sg_kind_of(w)->n_terms, &w->terms[(SG_N_STAGES - 2) * sg_kind_of(w)->n_terms],
             w->trial.terms);
     w->trial.has_terms = 1;

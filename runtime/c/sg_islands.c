@@ -65,7 +65,11 @@ static void sg_add_report(SG(info) * info, const SG(report) * own) {
 static void sg_enter_part(SG(work) * w, const SG(state) * s, SG(part) * own, int part) {
     const int *at = sg_coordinates_of(part);
     int j;
+    w->number = part;
     w->kind = sg_parts[part].kind;
+#if SG_N_OWN > 0
+    w->own = &sg_own[sg_parts[part].own];
+#endif
     own->t = s->t;
     for (j = 0; j < sg_n_q(w); ++j) {
         own->q[j] = s->q[at[j]];
@@ -192,7 +196,7 @@ static real sg_energy_at(real t, const real q[], const real v[], const SG(params
             own_q[j] = q[at[j]];
             own_v[j] = v[at[j]];
         }
-        SG(part_energy)(sg_parts[part].kind, t, own_q, own_v, par, E);
+        SG(part_energy)(part, t, own_q, own_v, par, E);
         sum += E[0];
     }
     return sum;

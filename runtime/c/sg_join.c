@@ -32,7 +32,7 @@ static int sg_is_touching(int coupling, const SG(params) * par, real t, const re
     int found = 0;
     int k;
     sg_pick(element, q, own);
-    SG(part_places)(sg_parts[element].kind, t, own, par, at);
+    SG(part_places)(element, t, own, par, at);
     for (k = 0; k < kind->n_contacts; ++k) {
         const int n = kind->contacts[k].normal;
         if (n >= 0) {
@@ -56,10 +56,22 @@ static int sg_may_meet(int coupling, const SG(params) * par, real t, const real 
     int k;
     sg_pick(element, q, own_q);
     sg_pick(element, v, own_v);
-    SG(part_rates)(sg_parts[element].kind, t, own_q, own_v, par, &rates);
+    SG(part_rates)(element, t, own_q, own_v, par, &rates);
     for (k = 0; k < kind->n_contacts; ++k) {
         const int n = kind->contacts[k].normal;
         if (n >= 0 && !(places->value[n] > near * h * rates.size[n])) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* 1 if a contact of a coupling exists where `at` was found. */
+static int sg_is_there(int coupling, const SG(consistency) * at) {
+    const sg_kind *kind = &sg_kinds[sg_parts[SG_N_PARTS + coupling].kind];
+    int k;
+    for (k = 0; k < kind->n_contacts; ++k) {
+        if (!(kind->contacts[k].guarded && at->guard[k] < SG_C(0.0))) {
             return 1;
         }
     }
@@ -78,15 +90,17 @@ static int sg_was_closed(const SG(state) * s, int coupling) {
     return 0;
 }
 
-/* Couplings that may act in the step. */
+/* Couplings that may act in the step, and those of which a contact exists at its start. */
 static void sg_propose(SG(work) * w, const SG(state) * s, const SG(params) * par, real h,
                        real near) {
     real gap = SG_HUGE;
     int c;
     for (c = 0; c < SG_N_COUPLINGS; ++c) {
         SG(consistency) at;
-        w->joins[c] = sg_was_closed(s, c) || sg_is_touching(c, par, s->t, s->q, &at, &gap) ||
-                      sg_may_meet(c, par, s->t, s->q, s->v, h, near, &at);
+        const int touches = sg_is_touching(c, par, s->t, s->q, &at, &gap);
+        w->there[c] = sg_is_there(c, &at);
+        w->joins[c] = w->there[c] && (sg_was_closed(s, c) || touches ||
+                                      sg_may_meet(c, par, s->t, s->q, s->v, h, near, &at));
     }
 }
 
@@ -283,7 +297,9 @@ static int sg_is_whole(const SG(work) * w, int coupling) {
 
 /* Couplings that were left out and whose gaps did not stay open join their parts, too. Returns how
    many. Gaps are looked at where the stages are, but for the start, and at the end; where there are
-   no stages of the whole step, they must be as wide at the end as they had to be at the start. */
+   no stages of the whole step, they must be as wide at the end as they had to be at the start. What
+   does not exist at the start takes part in no whole step; in a step of several it may, if it
+   exists at the end. */
 static int sg_look_behind(SG(work) * w, const SG(params) * par, SG(info) * info, real t, real h,
                           const real q_end[], const real v_end[], real near) {
     /* a scheme that knows no gaps at its stages tells none */
@@ -294,7 +310,7 @@ static int sg_look_behind(SG(work) * w, const SG(params) * par, SG(info) * info,
     for (c = 0; c < SG_N_COUPLINGS; ++c) {
         const int whole = sg_is_whole(w, c);
         SG(consistency) at;
-        if (w->joins[c]) {
+        if (w->joins[c] || (whole && !w->there[c])) {
             continue;
         }
         for (i = 0; i < SG_N_STAGES && whole; ++i) {
@@ -307,6 +323,7 @@ static int sg_look_behind(SG(work) * w, const SG(params) * par, SG(info) * info,
         w->joins[c] = sg_is_touching(c, par, t + h, q_end, &at, gap) ||
                       (!whole && sg_may_meet(c, par, t + h, q_end, v_end, h, near, &at)) ||
                       w->joins[c];
+        w->joins[c] = w->joins[c] && (w->there[c] || sg_is_there(c, &at));
         found += w->joins[c];
     }
     return found;

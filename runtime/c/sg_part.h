@@ -32,6 +32,15 @@ static inline int sg_kind_number(const SG(work) * w) {
 #endif
 }
 
+static inline int sg_part_number(const SG(work) * w) {
+#if SG_N_PARTS > 1
+    return w->number;
+#else
+    (void)w;
+    return 0;
+#endif
+}
+
 static inline const sg_kind *sg_kind_of(const SG(work) * w) { return &sg_kinds[sg_kind_number(w)]; }
 #endif
 
@@ -146,7 +155,7 @@ static real sg_energy(const SG(work) * w, real t, const real q[], const real v[]
 static inline real sg_energy(const SG(work) * w, real t, const real q[], const real v[],
                              const SG(params) * par) {
     real E[1];
-    SG(part_energy)(sg_kind_number(w), t, q, v, par, E);
+    SG(part_energy)(sg_part_number(w), t, q, v, par, E);
     return E[0];
 }
 #endif

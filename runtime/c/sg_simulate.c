@@ -54,16 +54,21 @@ static int sg_check_rates(const sg_kind *kind, const SG(consistency) * at) {
     return SG_K(OK);
 }
 
-/* Whether a run may start with a part of one kind at (t, q, v). */
-static int sg_check_start(int kind, const SG(params) * par, real t, const real q[],
+/* Whether a run may start with a part at (t, q, v). */
+static int sg_check_start(int part, const SG(params) * par, real t, const real q[],
                           const real v[]) {
     SG(consistency) at;
     int status;
-    SG(part_places)(kind, t, q, par, &at);
-    status = sg_check_places(&sg_kinds[kind], &at);
+#if SG_N_PARTS > 1
+    const sg_kind *kind = &sg_kinds[sg_parts[part].kind];
+#else
+    const sg_kind *kind = &sg_kinds[0];
+#endif
+    SG(part_places)(part, t, q, par, &at);
+    status = sg_check_places(kind, &at);
     if (status == SG_K(OK)) {
-        SG(part_rates)(kind, t, q, v, par, &at);
-        status = sg_check_rates(&sg_kinds[kind], &at);
+        SG(part_rates)(part, t, q, v, par, &at);
+        status = sg_check_rates(kind, &at);
     }
     return status;
 }
@@ -86,7 +91,7 @@ int SG(init)(SG(state) * s, const SG(params) * par, const SG(options) * opt, rea
             q[j] = q0[at[j]];
             v[j] = v0[at[j]];
         }
-        status = sg_check_start(sg_parts[part].kind, par, t0, q, v);
+        status = sg_check_start(part, par, t0, q, v);
     }
 #else
     status = sg_check_start(0, par, t0, q0, v0);

@@ -5,15 +5,15 @@
    amplifies the fastest linear oscillation of the model, with stiffness and inertia as they are
    there. */
 
-static void SG(part_p_v)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+static void SG(part_p_v)(int part, real t, const real q[], const real v[], const SG(params) * par,
                          real out[]);
-static void SG(part_L_q_q)(int kind, real t, const real q[], const real v[], const SG(params) * par,
+static void SG(part_L_q_q)(int part, real t, const real q[], const real v[], const SG(params) * par,
                            real out[]);
-static void SG(part_f_q)(int kind, real t, const real q[], const real v[], const real u[],
+static void SG(part_f_q)(int part, real t, const real q[], const real v[], const real u[],
                          const SG(params) * par, real out[]);
-static void SG(part_WR_q)(int kind, real t, const real q[], const real R[], const SG(params) * par,
+static void SG(part_WR_q)(int part, real t, const real q[], const real R[], const SG(params) * par,
                           real out[]);
-static void SG(part_bilateral_directions)(int kind, real t, const real q[], const SG(params) * par,
+static void SG(part_bilateral_directions)(int part, real t, const real q[], const SG(params) * par,
                                           real out[]);
 
 /* L of M = L L^T in place, by rows. Returns 0 if M is not positive definite. */
@@ -134,21 +134,21 @@ static real sg_extreme(int n, int m, const real *K, const real *Q, real shift, r
     return value - shift;
 }
 
-/* Inertia M, stiffness K and directions Q of bilateral constraints of a part; `part` is scratch, of
-   which Q takes the place. */
-static void sg_linearised(int kind, const SG(params) * par, real t, const real q[], const real v[],
-                          const real u[], const real force[], int n, real *M, real *K, real *part) {
+/* Inertia M, stiffness K and directions Q of bilateral constraints of a part; `Q` is scratch
+   before. */
+static void sg_linearised(int part, const SG(params) * par, real t, const real q[], const real v[],
+                          const real u[], const real force[], int n, real *M, real *K, real *Q) {
     int i, j;
-    SG(part_p_v)(kind, t, q, v, par, M);
-    SG(part_L_q_q)(kind, t, q, v, par, K);
-    SG(part_f_q)(kind, t, q, v, u, par, part);
+    SG(part_p_v)(part, t, q, v, par, M);
+    SG(part_L_q_q)(part, t, q, v, par, K);
+    SG(part_f_q)(part, t, q, v, u, par, Q);
     for (i = 0; i < n * n; ++i) {
-        K[i] = -(K[i] + part[i]);
+        K[i] = -(K[i] + Q[i]);
     }
     if (force != NULL) {
-        SG(part_WR_q)(kind, t, q, force, par, part);
+        SG(part_WR_q)(part, t, q, force, par, Q);
         for (i = 0; i < n * n; ++i) {
-            K[i] -= part[i];
+            K[i] -= Q[i];
         }
     }
     for (i = 0; i < n; ++i) {
@@ -158,11 +158,11 @@ static void sg_linearised(int kind, const SG(params) * par, real t, const real q
             K[j * n + i] = mean;
         }
     }
-    SG(part_bilateral_directions)(kind, t, q, par, part);
+    SG(part_bilateral_directions)(part, t, q, par, Q);
 }
 
 /* The largest stable step of a part with n coordinates and m bilateral constraints. */
-static real sg_stable_part(int kind, int n, int m, const SG(params) * par, real t, const real q[],
+static real sg_stable_part(int part, int n, int m, const SG(params) * par, real t, const real q[],
                            const real v[], const real u[], const real force[], real scratch[]) {
     real *M = scratch;
     real *K = &scratch[n * n];
@@ -172,7 +172,7 @@ static real sg_stable_part(int kind, int n, int m, const SG(params) * par, real 
     real bound = SG_C(0.0);
     real top;
     int i, j;
-    sg_linearised(kind, par, t, q, v, u, force, n, M, K, Q);
+    sg_linearised(part, par, t, q, v, u, force, n, M, K, Q);
     if (!sg_all_finite(n * n, K) || !sg_cholesky(n, M)) {
         return SG_HUGE;
     }
@@ -216,7 +216,7 @@ real SG(stable_step)(const SG(params) * par, real t, const real q[], const real 
         if (force != NULL) {
             sg_take(part, SG_OF_R, force, own_R);
         }
-        own = sg_stable_part(kind, sg_counts[kind][SG_OF_Q], m, par, t, own_q, own_v, u,
+        own = sg_stable_part(part, sg_counts[kind][SG_OF_Q], m, par, t, own_q, own_v, u,
                              force != NULL ? own_R : NULL, scratch);
         stable = own < stable ? own : stable;
     }
