@@ -318,9 +318,13 @@ class Spatial(Scene):
             Contacts are called ``name`` and the part that touches: ``name_0`` to ``name_7`` corners
             of a box, ``name_start`` and ``name_end`` ends of a capsule, ``name_top`` and
             ``name_bottom`` rims of a cylinder. Of two capsules, ``name_a_start`` is an end of `one`
-            with `other`, ``name_b_start`` the other way round, ``name_sides`` where they cross.
+            with `other`, ``name_b_start`` the other way round, ``name_sides`` where they cross. Of
+            a capsule with a box, ``name_corner3`` and ``name_edge37`` are the corner and the edge
+            between two corners that its side touches. Of two boxes, ``name_a3`` is a corner of
+            `one`, ``name_b3`` of `other`, ``name_edge37_in`` and ``_out`` where an edge of `one`
+            crosses the border of a face of `other`.
         one, other : Round, Ellipsoid, Capsule, Box or Cylinder; `other` may be a Plane
-            A ball with a ball, capsule, box or cylinder, two capsules, all with planes.
+            Balls, capsules and boxes with each other, balls with cylinders, all with planes.
         guard : expression of t and q, optional
             All these contacts exist in a step only if it is >= 0 at its start.
         friction : bool
@@ -343,7 +347,7 @@ class Spatial(Scene):
                 self.model.name,
                 what,
                 f"there is no rule for {type(one).__name__} with {type(other).__name__}",
-                "Round with Round, Capsule, Box or Cylinder; Capsule with Capsule; all with Plane; "
+                "Round, Capsule and Box with each other; Round with Cylinder; all with Plane; "
                 "or write g_N and gamma_F yourself with Model.contact",
             )
         self.looks.touching(one, other)

@@ -8,7 +8,9 @@ import casadi as ca
 import numpy as np
 import pytest
 import signorini as sg
-from signorini.bodies import Box, Capsule, Cylinder, Ellipsoid, Frame, Round, Spatial
+from signorini.bodies import Box, Capsule, Cylinder, Ellipsoid, Frame, Round, Spatial, inertia
+from signorini.codegen.composition import compose
+from signorini.codegen.frontend.validate import freeze
 
 Build = Callable[..., sg.Stepper]
 INERTIA = (0.01, 0.02, 0.015)
@@ -272,6 +274,48 @@ def test_a_ball_rests_on_a_box(stepper: Build) -> None:
     assert traj["ball.force_N"][-1] == pytest.approx(9.81, rel=1e-6)
     floor = sum(traj[f"floor_{k}.force_N"][-1] for k in range(8))
     assert floor == pytest.approx(3 * 9.81, rel=1e-6)
+
+
+def on_each_other() -> sg.Model:
+    """A turned box above a box on the ground."""
+    model = sg.Model("on_each_other", symbols="casadi")
+    world = Spatial(model, (0, 0, -9.81))
+    base = world.body("base", 2.0, inertia.cuboid(2.0, 0.4, 0.3, 0.2))
+    falls = world.body("falls", 1.0, inertia.cuboid(1.0, 0.2, 0.24, 0.18))
+    low, high = Box(base.point(), (0.2, 0.15, 0.1)), Box(falls.point(), (0.1, 0.12, 0.09))
+    world.solids("floor", low, world.plane(), mu=0.5)
+    world.solids("ground", high, world.plane(), mu=0.5)
+    world.solids("c", high, low, mu=0.5)
+    world.initial_state(
+        {"base_z": 0.1, "falls_z": 0.36, "falls_x": 0.03},
+        attitude={"falls": ((0.3, 0.2, 0.9), 0.5)},
+    )
+    return model
+
+
+def test_contacts_of_boxes_are_few_kinds() -> None:
+    """Forty contacts of a pair, each a coupling of its own: four kinds, whatever the sizes."""
+    found = compose(freeze(on_each_other()))
+    kinds = [kind for part, kind in zip(found.parts, found.kind_of, strict=True) if part.couples]
+    assert [kinds.count(k) for k in sorted(set(kinds))] == [8, 8, 12, 12]
+    assert [part.name for part in found.parts if not part.couples] == ["base", "falls"]
+    assert {len(part.contacts) for part in found.parts if part.couples} == {1}
+
+
+@pytest.mark.thorough
+def test_a_box_comes_to_rest_on_another(stepper: Build) -> None:
+    """A corner strikes, it turns, and lies flat: what it presses with is its weight."""
+    model = stepper(on_each_other, stages=2)
+    traj = model.simulate(t_end=1.0, dt=2e-3)
+    assert np.diff(traj.energy).max() < 1e-12
+    assert traj.smallest_gap.min() > -1e-12
+    assert np.abs(traj.v[-1]).max() < 1e-12
+    assert traj["falls_z"][-1] == pytest.approx(0.29, abs=1e-9)
+    force = {c: traj[f"{c}.force_N"][-1] for c in traj.contacts}
+    between = sum(f for name, f in force.items() if name.startswith("c_"))
+    assert between == pytest.approx(9.81, rel=1e-9)
+    floor = sum(f for name, f in force.items() if name.startswith("floor"))
+    assert floor == pytest.approx(3 * 9.81, rel=1e-9)
 
 
 def test_pairs_are_all_there() -> None:
