@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
-from signorini.codegen.graph import ENTRY, Operations
+from signorini.codegen.graph import Operations
 
-_CALLS = frozenset({ca.OP_CALL, ENTRY})
 _ONE = 0  # the core of a plain number
 
 
@@ -32,7 +31,7 @@ class _Core:
 
 
 class Form:
-    """The cores of some expressions.
+    """Some expressions, taken apart into numbers and cores.
 
     Parameters
     ----------
@@ -43,11 +42,10 @@ class Form:
 
     Attributes
     ----------
-    key : hashable or None
-        Equal for expressions of the same form; None for those that no other is compared with,
-        because they look up tables.
     operations : int
-        How many there are.
+        How many operations they have.
+    is_plain : bool
+        Whether they can be compared: not if they look up tables.
     cores : list of _Core
         Operands come first.
     roots : list of (float, int)
@@ -57,24 +55,49 @@ class Form:
     def __init__(self, column: Sequence[ca.SX], roles: Mapping[int, object]) -> None:
         what = Operations(column)
         self.operations = len(what.keys)
+        self.is_plain = not what.called
         self.cores: list[_Core] = [_Core(ca.OP_CONST, (), ca.SX(1.0))]
+        self.roots: list[tuple[float, int]] = []
         self._found: dict[tuple[int, tuple[tuple[float, int], ...], float], int] = {}
         self._shapes = [_digest("one")]
         terms: list[tuple[float, int]] = []
-        for k, (op, operands, number) in enumerate(what.keys):
+        for k, (op, operands, number) in enumerate(what.keys if self.is_plain else ()):
             if op == ca.OP_CONST:
                 terms.append((number, _ONE))
             elif op == ca.OP_INPUT:
                 symbol = what.symbols[int(number)]
                 shape = roles[symbol.element_hash()]
                 terms.append((1.0, self._add(op, (), symbol, shape, float(k))))
-            elif op in _CALLS:
-                terms.append((1.0, _ONE))
             else:
                 terms.append(self._term(op, [terms[k] for k in operands]))
-        self.roots = [terms[k] for k in what.roots]
-        calls = any(op in _CALLS for op, _, _ in what.keys)
-        self.key = None if calls else tuple(self._shapes[core] for _, core in self.roots)
+        if self.is_plain:
+            self.roots = [terms[k] for k in what.roots]
+
+    def key(self, first: int, behind: int) -> object:
+        """Equal for expressions number `first` to `behind` of the same form."""
+        return tuple(self._shapes[core] for _, core in self.roots[first:behind])
+
+    def said(self, first: int, behind: int) -> object:
+        """Equal for expressions number `first` to `behind` that are equal, numbers included."""
+        roots = self.roots[first:behind]
+        reached: set[int] = set()
+        stack = [core for _, core in roots]
+        while stack:
+            k = stack.pop()
+            if k not in reached:
+                reached.add(k)
+                stack.extend(core for _, core in self.cores[k].terms)
+        place = {k: i for i, k in enumerate(sorted(reached))}
+        return (
+            tuple((number, place[core]) for number, core in roots),
+            tuple(
+                (
+                    self._shapes[k],
+                    tuple((number, place[core]) for number, core in self.cores[k].terms),
+                )
+                for k in place
+            ),
+        )
 
     def _term(self, op: int, of: list[tuple[float, int]]) -> tuple[float, int]:
         """An operation as a number times a core."""
@@ -92,7 +115,7 @@ class Form:
             factors = sorted((k for k in cores if k != _ONE), key=lambda k: self._shapes[k])
             number = numbers[0] * numbers[1]
             if len(factors) < 2:
-                return number, factors[0]
+                return number, factors[0] if factors else _ONE
             if factors[0] == factors[1]:
                 return number, self._add(ca.OP_SQ, ((1.0, factors[0]),))
             return number, self._add(op, tuple((1.0, k) for k in factors))
@@ -149,7 +172,7 @@ class _Constants:
 
 
 def generalise(
-    forms: Sequence[Form], name: str
+    forms: Sequence[Form], name: str, count: int | None = None
 ) -> tuple[list[ca.SX], ca.SX, list[tuple[float, ...]]]:
     """What expressions of one form have in common.
 
@@ -159,6 +182,8 @@ def generalise(
         With the same key.
     name : str
         Of the constants.
+    count : int, optional
+        How many expressions, from the first; by default all.
 
     Returns
     -------
@@ -177,7 +202,7 @@ def generalise(
         numbers, cores = zip(*terms, strict=True)
         return constants.of(numbers) * made[cores]
 
-    roots = list(zip(*(form.roots for form in forms), strict=True))
+    roots = list(zip(*(form.roots[:count] for form in forms), strict=True))
     stack = [tuple(core for _, core in root) for root in roots]
     while stack:
         at = stack[-1]

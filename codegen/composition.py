@@ -62,85 +62,88 @@ def compose(data: ModelData) -> Composition:
     poisson = {any(c.poisson for c in part.data.contacts) for part in parts}
     if len(elliptic) > 1 or len(poisson) > 1:
         parts = (whole(data),)
-    equal, exact = _equal_kinds(parts)
-    kinds, of_equal, values, drawn = _merged(equal)
-    kind_of = [of_equal[k] for k in exact]
-    constants = tuple(values[k] for k in exact)
-    alike = drawn and _moves_with_one(data, parts) and _drawn_alike(parts, exact)
-    alike = alike or len(parts) == 1
-    return Composition(parts, tuple(kinds), tuple(kind_of), constants, alike)
-
-
-def _equal_kinds(parts: Sequence[Part]) -> tuple[list[ModelData], list[int]]:
-    """Kinds of parts that say the same with the same numbers, and the kind of each part."""
-    kinds: list[ModelData] = []
-    found: dict[object, int] = {}
-    kind_of = []
-    known: dict[object, object] = {}  # signatures by what is the same to the letter
+    said: dict[object, _Said] = {}
+    of_parts = []
     for part in parts:
-        shape, columns = _said(part.data)
-        letters = shape, _letters(part.data, columns)
-        if letters not in known:
-            known[letters] = _signature(part.data)
-        signature = known[letters]
-        if signature not in found:
-            found[signature] = len(kinds)
-            kinds.append(part.data)
-        kind_of.append(found[signature])
-    return kinds, kind_of
+        letters = _letters(part.data)
+        if letters not in said:
+            said[letters] = _Said(part.data)
+        of_parts.append(said[letters])
+    kinds, kind_of, constants, drawn = _kinds(of_parts)
+    alike = len(parts) == 1 or (drawn and _moves_with_one(data, parts))
+    return Composition(parts, tuple(kinds), tuple(kind_of), tuple(constants), alike)
 
 
-def _merged(
-    equal: Sequence[ModelData],
-) -> tuple[list[ModelData], list[int], list[tuple[float, ...]], bool]:
-    """Kinds of which some that differ in numbers alone are one: the kinds, which of them each of
-    the given ones is, its constants, and whether each kind draws all that it stands for."""
-    groups: dict[object, list[int]] = {}
-    forms = []
-    for k, data in enumerate(equal):
+class _Said:
+    """What a part says of its coordinates and how it is drawn, as it is compared with others.
+
+    Attributes
+    ----------
+    laws : hashable
+        Equal for parts that say the same, with the same numbers and parameters, of coordinates in
+        the same order.
+    form : hashable or None
+        Equal for parts that say the same but for numbers; None if no other is compared with it.
+    picture, picture_form : hashable
+        The same of what is drawn.
+    """
+
+    def __init__(self, data: ModelData) -> None:
+        self.data = data
         shape, columns = _said(data)
-        forms.append(Form(_entries(columns), _roles(data)))
-        key = forms[-1].key
-        groups.setdefault(k if key is None else (shape, key), []).append(k)
+        laws = _entries(columns)
+        self.count = n = len(laws)
+        roles = _roles(data)
+        self.numbers = numbers = Form([*laws, *_entries([data.places])], roles)
+        self.operations = numbers.operations
+        if numbers.is_plain:
+            everything = len(numbers.roots)
+            self.laws: object = (shape, numbers.said(0, n))
+            self.form: object = (shape, numbers.key(0, n))
+            self.picture: object = numbers.said(n, everything)
+            self.picture_form: object = numbers.key(n, everything)
+        else:
+            self.laws, self.form = (shape, _text_of(data, columns)), None
+            self.picture = self.picture_form = _text_of(data, [data.places])
+
+
+def _kinds(
+    parts: Sequence[_Said],
+) -> tuple[list[ModelData], list[int], list[tuple[float, ...]], bool]:
+    """Kinds of parts, which of them each part is, its constants, and whether what is drawn is the
+    same for all of a kind."""
+    equal: dict[object, list[int]] = {}
+    for k, part in enumerate(parts):
+        equal.setdefault(part.laws, []).append(k)
+    firsts = {laws: parts[members[0]] for laws, members in equal.items()}
+    groups: dict[object, list[object]] = {}
+    for laws, first in firsts.items():
+        groups.setdefault(laws if first.form is None else first.form, []).append(laws)
+    group_of = {laws: group for group in groups.values() for laws in group}
     kinds: list[ModelData] = []
-    kind_of = [-1] * len(equal)
-    constants: list[tuple[float, ...]] = [()] * len(equal)
-    drawn = True
-    group_of = {k: members for members in groups.values() for k in members}
-    for k, data in enumerate(equal):
-        members = group_of[k]
-        if kind_of[k] >= 0:
+    kind_of = [-1] * len(parts)
+    constants: list[tuple[float, ...]] = [()] * len(parts)
+    drawn = all(parts[k].picture == parts[m[0]].picture for m in equal.values() for k in m)
+    for laws, members in equal.items():
+        group = group_of[laws]
+        if kind_of[members[0]] >= 0:
             continue
-        if sum(forms[j].operations for j in members[1:]) < _WORTH:
-            kind_of[k] = len(kinds)
-            kinds.append(data)
+        if sum(firsts[other].operations for other in group[1:]) < _WORTH:
+            for k in members:
+                kind_of[k] = len(kinds)
+            kinds.append(firsts[laws].data)
             continue
+        of_group = [firsts[other] for other in group]
         # what is drawn has constants, too, if it differs in numbers alone
-        looks = [
-            Form(_entries([*_said(equal[j])[1], equal[j].places]), _roles(equal[j]))
-            for j in members
-        ]
-        alike = len({form.key for form in looks}) == 1
+        alike = len({part.picture_form for part in of_group}) == 1
         drawn = drawn and alike
-        chosen = looks if alike else [forms[j] for j in members]
-        said, own, values = generalise(chosen, "own")
-        for j, numbers in zip(members, values, strict=True):
-            kind_of[j], constants[j] = len(kinds), numbers
-        kinds.append(replace(_saying(data, said), own=own))
+        count = None if alike else firsts[laws].count
+        said, own, values = generalise([part.numbers for part in of_group], "own", count)
+        for other, numbers in zip(group, values, strict=True):
+            for k in equal[other]:
+                kind_of[k], constants[k] = len(kinds), numbers
+        kinds.append(replace(_saying(firsts[laws].data, said), own=own))
     return kinds, kind_of, constants, drawn
-
-
-def _drawn_alike(parts: Sequence[Part], kind_of: Sequence[int]) -> bool:
-    """Whether parts of a kind are drawn alike."""
-    pictures: dict[int, object] = {}
-    drawn: dict[object, object] = {}
-    for part, kind in zip(parts, kind_of, strict=True):
-        picture = _letters(part.data, [part.data.places])
-        if picture not in drawn:
-            drawn[picture] = _text_of(part.data, [part.data.places])
-        if pictures.setdefault(kind, drawn[picture]) != drawn[picture]:
-            return False
-    return True
 
 
 def _moves_with_one(data: ModelData, parts: Sequence[Part]) -> bool:
@@ -196,22 +199,16 @@ def _saying(data: ModelData, entries: Sequence[ca.SX]) -> ModelData:
     return replace(data, **columns, contacts=tuple(contacts), compliances=tuple(compliances))
 
 
-def _letters(data: ModelData, columns: Sequence[ca.SX]) -> object:
-    """Equal for expressions of two parts that were built the same way: seen at once, but not of all
-    that the same text describes."""
+def _letters(data: ModelData) -> object:
+    """Equal for parts whose expressions were built the same way: seen at once, but not of all that
+    say the same."""
+    shape, columns = _said(data)
     own = ca.vertcat(data.q, data.v)
     common = ca.SX.sym("x", own.numel())
-    said = ca.vertcat(ca.SX(0, 1), *(ca.vec(ca.densify(x)) for x in columns))
+    said = ca.vertcat(ca.SX(0, 1), *(ca.vec(ca.densify(x)) for x in (*columns, data.places)))
     # other symbols are those of the model
     f = ca.Function("f", [common], [ca.substitute(said, own, common)], {"allow_free": True})
-    return f.serialize()
-
-
-def _signature(data: ModelData) -> object:
-    """Equal for parts that the same text describes: all that is said, with the same numbers and
-    parameters, of coordinates in the same order."""
-    shape, columns = _said(data)
-    return shape, _text_of(data, columns)
+    return shape, f.serialize()
 
 
 def _text_of(data: ModelData, columns: Sequence[ca.SX]) -> object:

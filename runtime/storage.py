@@ -3,6 +3,7 @@
 import json
 import os
 import struct
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -24,7 +25,7 @@ _STORED = (
 _DAMAGE = (
     *(OSError, ValueError, TypeError, KeyError, EOFError, IndexError, SyntaxError, OverflowError),
     *(NotImplementedError, RuntimeError, MemoryError, struct.error, zlib.error),
-    zipfile.BadZipFile,
+    *(zipfile.BadZipFile, tokenize.TokenError),
 )
 
 

@@ -460,10 +460,14 @@ def test_pairs_by_name_by_body_by_group_and_all() -> None:
     assert of([("inner", "crate")]) == ({"inner_crate"}, 9)  # excluded, but named
     assert of([("child", "c")]) == (set(), 9)
     ball = {"a_geom2_crate", "a_geom2_can"}
-    assert of([("a", "c")]) == (ball, 7)  # its capsule has no rule with a box, nor with a cylinder
-    assert of(True) == (five | ball | {"a_geom2_other", "inner_other"}, 4)
-    with pytest.raises(sg.ModelError, match="is a capsule and a box, for which there is no rule"):
-        of([("cap", "crate")])
+    side = {f"cap_crate_{end}" for end in ("start", "end")}
+    side |= {f"cap_crate_corner{k}" for k in range(8)}
+    side |= {f"cap_crate_edge{k}{k | b}" for b in (1, 2, 4) for k in range(8) if not k & b}
+    assert of([("a", "c")]) == (ball | side, 6)  # its capsule has no rule with a cylinder
+    rest = {"a_geom2_other", "inner_other"} | {x.replace("cap", "other", 1) for x in side}
+    assert of(True) == (five | ball | side | rest, 2)  # capsules with the cylinder
+    with pytest.raises(sg.ModelError, match="is a capsule and a cylinder, for which there is no r"):
+        of([("cap", "can")])
     twice = CROWD.replace('<geom name="can" type="cylinder"', '<geom name="can" type="sphere"')
     with pytest.raises(sg.ModelError, match="of two parts of one body"):
         from_mjcf(twice, pairs=[("crate", "can")])
@@ -488,7 +492,7 @@ def test_gaps_of_pairs_are_distances() -> None:
         gaps = values("g_N", q)
         guard = values("guard", q)
         for one, other in (("cap", "other"), ("a_geom2", "crate"), ("a_geom2", "can"),
-                           ("a_geom2", "other"), ("inner", "other")):  # fmt: skip
+                           ("a_geom2", "other"), ("inner", "other"), ("cap", "crate")):  # fmt: skip
             distance = mujoco.mj_geomDistance(m, data, geoms[one], geoms[other], 5.0, None)
             rows = [k for k, n in enumerate(names) if n.startswith(f"{one}_{other}")]
             smallest = min(gaps[k] for k in rows if guard[k] >= 0)

@@ -100,6 +100,8 @@ ROOMS = (
     "derive",  # derived functions
     "graph",
     "parts",  # what a model falls into
+    "alike",  # what differs in numbers alone
+    "composition",  # kinds of parts
     "sparsity",
     "program",  # what a scheme is
     "sharing",  # passes over programs
