@@ -40,6 +40,12 @@ def _edges(box: Box) -> list[tuple[str, Point, Point]]:
     ]
 
 
+def _sides(box: Box, edge: str) -> list[Vector]:
+    """Outward normals of the two faces that meet in an edge, and its own direction."""
+    axes = zip((4, 2, 1), zip(*box.center.frame.axes, strict=True), strict=True)
+    return [scale(1 if int(edge[0]) & bit else -1, axis) for bit, axis in axes]
+
+
 def in_frame(box: Box, position: Vector) -> Vector:
     return subtract(
         box.center.frame.components(subtract(position, box.center.frame.origin)), box.center.place
@@ -94,6 +100,9 @@ def capsule_box(algebra: Algebra, capsule: Capsule, box: Box) -> Found:
         yield f"_corner{word}", replace(turned(found), guard=inside(algebra, share))
     for word, a, b in _edges(box):
         yield f"_edge{word}", sides(algebra, capsule, Capsule(a, b, 0))
+
+
+_SLANTED = 0.1  # sine by which a normal may lie beyond those of the faces at its edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +197,11 @@ def _edges_on_face(algebra: Algebra, box: Box, face: _Face) -> Found:
             normal = tuple(
                 sum(c * axis[i] for c, axis in zip(n, face.axes, strict=True)) for i in range(3)
             )
+            # edges hold each other apart if n lies between the normals of the faces at both; it is
+            # perpendicular to their own directions
+            outward = s * up * sum(c * x for c, x in zip(crossed, n[:2], strict=True))
+            for between in (outward, *(-dot(side, normal) for side in _sides(box, word))):
+                guard = algebra.minimum(guard, between + _SLANTED)
             along_edge = subtract(b.position, a.position)
             place = add(a.position, scale(clamped(algebra, t, 0, 1), along_edge))
             velocity = subtract(box.center.frame.velocity_at(place), ground.velocity_at(place))
