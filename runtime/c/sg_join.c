@@ -22,8 +22,9 @@ static void sg_pick(int element, const real *from, real *to) {
     }
 }
 
-/* What a coupling has at (t, q), in *at. Returns 1 if a gap is closed; *gap receives the smallest
-   of those that exist, if it is smaller. */
+/* What a coupling has at (t, q), in *at. Returns 1 if a gap of a contact that exists there is
+   closed: those of others are of parts that do not face each other. *gap receives the smallest, if
+   it is smaller. */
 static int sg_is_touching(int coupling, const SG(params) * par, real t, const real q[],
                           SG(consistency) * at, real *gap) {
     const int element = SG_N_PARTS + coupling;
@@ -35,11 +36,9 @@ static int sg_is_touching(int coupling, const SG(params) * par, real t, const re
     SG(part_places)(element, t, own, par, at);
     for (k = 0; k < kind->n_contacts; ++k) {
         const int n = kind->contacts[k].normal;
-        if (n >= 0) {
+        if (n >= 0 && !(kind->contacts[k].guarded && at->guard[k] < SG_C(0.0))) {
             found = found || !(at->value[n] > SG_TOUCH * at->size[n]);
-            if (!(kind->contacts[k].guarded && at->guard[k] < SG_C(0.0))) {
-                *gap = sg_min(*gap, at->value[n]);
-            }
+            *gap = sg_min(*gap, at->value[n]);
         }
     }
     return found;
@@ -323,7 +322,7 @@ static int sg_look_behind(SG(work) * w, const SG(params) * par, SG(info) * info,
         w->joins[c] = sg_is_touching(c, par, t + h, q_end, &at, gap) ||
                       (!whole && sg_may_meet(c, par, t + h, q_end, v_end, h, near, &at)) ||
                       w->joins[c];
-        w->joins[c] = w->joins[c] && (w->there[c] || sg_is_there(c, &at));
+        w->joins[c] = w->joins[c] && (whole || sg_is_there(c, &at));
         found += w->joins[c];
     }
     return found;
