@@ -66,16 +66,18 @@ def boxes(count: int) -> sg.Model:
     return m
 
 
-def boxes_in_space(count: int) -> sg.Model:
-    """Boxes in space side by side above a floor, eight corners each."""
+def boxes_in_space(count: int, mixed: bool = False) -> sg.Model:
+    """Boxes in space side by side above a floor, eight corners each; `mixed`: of other sizes."""
     m = sg.Model("boxes_in_space", symbols="casadi")
     world = Spatial(m, gravity=(0, 0, -9.81))
     floor = world.plane()
     start: dict[str, float] = {}
     for k in range(count):
-        box = world.body(f"b{k}", 1.0, inertia.cuboid(1.0, 0.4, 0.3, 0.2))
+        sizes = [size * (1 + 0.05 * k * mixed) for size in (0.4, 0.3, 0.2)]
+        mass = 1.0 + 0.3 * k * mixed
+        box = world.body(f"b{k}", mass, inertia.cuboid(mass, *sizes))
         for j in range(8):
-            x, y, z = (((j >> i & 1) - 0.5) * size for i, size in enumerate((0.4, 0.3, 0.2)))
+            x, y, z = (((j >> i & 1) - 0.5) * size for i, size in enumerate(sizes))
             world.contact(f"c{k}_{j}", box.point(x, y, z), floor, mu=0.3, e_N=0.2)
         start |= {f"b{k}_x": float(k), f"b{k}_z": 0.4}
     world.initial_state(q=start)
@@ -129,6 +131,7 @@ FAMILIES: dict[str, tuple[Callable[[int], sg.Model], Sequence[int]]] = {
     "chain, redundant": (lambda n: chain(n, redundant=True), (2, 4, 8, 16, 32)),
     "boxes": (boxes, (1, 2, 4, 8, 16)),
     "boxes in space": (boxes_in_space, (1, 2, 4, 8, 16, 32)),
+    "mixed boxes in space": (lambda n: boxes_in_space(n, mixed=True), (1, 2, 4, 8, 16)),
     "stack": (block_stack.model, (4, 8, 16)),
     "discs, all pairs": (discs, (5, 10, 20, 40, 80)),
     "balls in a bowl": (balls, (4, 8, 16)),
@@ -139,7 +142,10 @@ STEPS, DT = 250, 2e-3
 
 @dataclass(frozen=True)
 class Size:
-    """One model of a family, measured; `peer_us` and `peer_gap` of the same scene in MuJoCo."""
+    """One model of a family, measured; `peer_us` and `peer_gap` of the same scene in MuJoCo.
+
+    `unsolved` is the first step that no solution was found for, of a model that has no `step_us`.
+    """
 
     family: str
     count: int
@@ -149,11 +155,12 @@ class Size:
     emit_s: float
     c_kB: float
     compile_s: float
-    step_us: float
+    step_us: float | None
     work_kB: float
-    gap: float
+    gap: float | None
     peer_us: float | None = None
     peer_gap: float | None = None
+    unsolved: int | None = None
 
 
 def time_of_step(stepper: sg.Stepper, steps: int = STEPS, dt: float = DT) -> float:
@@ -194,10 +201,15 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
             else:
                 os.environ["SIGNORINI_CACHE"] = before
         c_kB = sum(p.stat().st_size for p in generated.glob("*.c") if p.name != "example.c") / 1e3
-        step_us = time_of_step(stepper)
-        gaps = stepper.simulate(t_end=STEPS * DT, dt=DT).smallest_gap
-        gap = min(0.0, float(gaps.min()))
+        step_us = gap = unsolved = None
+        try:
+            step_us = time_of_step(stepper)
+            gaps = stepper.simulate(t_end=STEPS * DT, dt=DT).smallest_gap
+            gap = min(0.0, float(gaps.min()))
+        except sg.StepError as error:
+            unsolved = len(error.trajectory.t)
     manifest = stepper.manifest
+    peer_us, peer_gap = _of_peer(family, count)
     return Size(
         family,
         count,
@@ -210,7 +222,9 @@ def measure(family: str, count: int, stages: int = 3) -> Size:
         step_us,
         ctypes.sizeof(stepper.library.structs["work"]) / 1e3,
         gap,
-        *_of_peer(family, count),
+        peer_us,
+        peer_gap,
+        unsolved,
     )
 
 
@@ -226,7 +240,7 @@ def exponents(sizes: Sequence[Size]) -> dict[str, dict[str, float]]:
     """Slopes of the logarithms over the larger half of the counts."""
     found: dict[str, dict[str, float]] = {}
     for family in FAMILIES:
-        rows = [s for s in sizes if s.family == family][-3:]
+        rows = [s for s in sizes if s.family == family and s.unsolved is None][-3:]
         if len(rows) >= 2:
             x = np.log([s.count for s in rows])
             names = [*MEASURED] + ["peer_us"] * all(s.peer_us is not None for s in rows)
@@ -250,8 +264,12 @@ def markdown(sizes: Sequence[Size]) -> str:
             if s.family == family:
                 lines.append(
                     f"| {family} | {s.count} | {s.n_q} | {s.contacts} | {s.derive_s:.2f} "
-                    f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | {s.step_us:.3g} "
-                    f"| {s.work_kB:.0f} | {s.gap:.0e} "
+                    f"| {s.emit_s:.2f} | {s.c_kB:.0f} | {s.compile_s:.2f} | "
+                    + (
+                        f"{s.step_us:.3g} | {s.work_kB:.0f} | {s.gap:.0e} "
+                        if s.step_us is not None and s.gap is not None
+                        else f"step {s.unsolved} unsolved | {s.work_kB:.0f} | "
+                    )
                     + ("| | |" if s.peer_us is None else f"| {s.peer_us:.3g} | {s.peer_gap:.0e} |")
                 )
         if family in slopes:
@@ -279,7 +297,7 @@ def plot(sizes: Sequence[Size], path: Path) -> None:
     axes = axes.ravel()
     for axis, name, label in zip(axes, MEASURED, labels, strict=True):
         for family in FAMILIES:
-            rows = [s for s in sizes if s.family == family]
+            rows = [s for s in sizes if s.family == family and s.unsolved is None]
             axis.loglog([s.count for s in rows], [getattr(s, name) for s in rows], "o-", ms=4,
                         label=family)  # fmt: skip
         axis.set_xlabel("bodies")

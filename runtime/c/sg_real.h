@@ -118,7 +118,7 @@ typedef SG(real) real;
 /* Relaxation: how often in one problem, visits to all contacts in each, visits after which leaps
    are thought of, and how equal the changes of two visits must be for one. */
 #define SG_RELAX_TURNS 4
-#define SG_RELAX_SWEEPS 400
+#define SG_RELAX_SWEEPS 2000
 #define SG_RELAX_LEAP 20
 #define SG_RELAX_STEADY SG_C(0.03125)
 
