@@ -62,6 +62,8 @@ def compose(data: ModelData) -> Composition:
     poisson = {any(c.poisson for c in part.data.contacts) for part in parts}
     if len(elliptic) > 1 or len(poisson) > 1:
         parts = (whole(data),)
+    if len(parts) == 1:
+        return Composition(parts, (parts[0].data,), (0,), ((),), True)
     said: dict[object, _Said] = {}
     of_parts = []
     for part in parts:
@@ -70,7 +72,7 @@ def compose(data: ModelData) -> Composition:
             said[letters] = _Said(part.data)
         of_parts.append(said[letters])
     kinds, kind_of, constants, drawn = _kinds(of_parts)
-    alike = len(parts) == 1 or (drawn and _moves_with_one(data, parts))
+    alike = drawn and _moves_with_one(data, parts)
     return Composition(parts, tuple(kinds), tuple(kind_of), tuple(constants), alike)
 
 

@@ -318,6 +318,38 @@ def test_a_box_comes_to_rest_on_another(stepper: Build) -> None:
     assert floor == pytest.approx(3 * 9.81, rel=1e-9)
 
 
+def pile() -> sg.Model:
+    """Four boxes of other sizes, each turned anyhow, one above the other."""
+    model = sg.Model("pile", symbols="casadi")
+    world = Spatial(model, (0, 0, -9.81))
+    rng = np.random.default_rng(1)
+    boxes: list[Box] = []
+    start, attitude = {}, {}
+    for k in range(4):
+        a, b, c = (float(x) for x in rng.uniform(0.08, 0.15, 3))
+        mass = 8000 * a * b * c
+        body = world.body(f"b{k}", mass, inertia.cuboid(mass, 2 * a, 2 * b, 2 * c))
+        box = Box(body.point(), (a, b, c))
+        world.solids(f"floor{k}", box, world.plane(), mu=0.5)
+        for j, other in enumerate(boxes):
+            world.solids(f"c{j}_{k}", other, box, mu=0.5)
+        boxes.append(box)
+        start |= {f"b{k}_x": 0.03 * (k % 3), f"b{k}_y": 0.02 * (k % 2), f"b{k}_z": 0.2 + 0.32 * k}
+        attitude[f"b{k}"] = (tuple(rng.normal(size=3)), 0.3)
+    world.initial_state(start, attitude=attitude)
+    return model
+
+
+@pytest.mark.slow
+def test_a_pile_of_boxes_falls_down(stepper: Build) -> None:
+    """It comes to rest on the ground without penetration, and no energy is gained."""
+    traj = stepper(pile, stages=2).simulate(t_end=3.0, dt=2e-3)
+    assert traj.smallest_gap.min() > -1e-9
+    assert np.diff(traj.energy).max() < 1e-6 * traj.energy[0]
+    assert np.abs(traj.v[-1]).max() < 1e-6
+    assert traj.energy[-1] < 0.6 * traj.energy[0]
+
+
 def test_pairs_are_all_there() -> None:
     """Every pair either has a rule, in both orders, or is refused in both."""
     for one, other in itertools.product(SOLIDS, repeat=2):

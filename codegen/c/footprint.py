@@ -6,7 +6,7 @@ from signorini.codegen.c.layout import Struct
 
 _INT = 4
 _POINTER = 8
-SWEEPS = 440  # of a relaxation, at most
+SWEEPS = 2200  # of a relaxation, at most
 
 
 @dataclass(frozen=True)
