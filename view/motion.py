@@ -101,8 +101,8 @@ class Motion:
         for thing in self.moving():
             least, most = _corners([_outline(thing)])
             near = np.all((least <= high + _NEAR * size) & (most >= low - _NEAR * size))
-            # a pulley at rest belongs to its rope, a room to nobody
-            if thing.rests and near and float((most - least).max()) <= size:
+            # a pulley at rest belongs to its rope, a box to what falls on it, a room to nobody
+            if thing.rests and near and float((most - least).max()) <= 2 * size:
                 low, high = np.minimum(low, least), np.maximum(high, most)
         return low, high
 
