@@ -32,6 +32,7 @@ static inline int sg_kind_number(const SG(work) * w) {
 #endif
 }
 
+#if SG_N_KEY > 0 || SG_LOCATED
 static inline int sg_part_number(const SG(work) * w) {
 #if SG_N_PARTS > 1
     return w->number;
@@ -40,6 +41,7 @@ static inline int sg_part_number(const SG(work) * w) {
     return 0;
 #endif
 }
+#endif
 
 static inline const sg_kind *sg_kind_of(const SG(work) * w) { return &sg_kinds[sg_kind_number(w)]; }
 #endif
