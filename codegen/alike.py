@@ -80,14 +80,13 @@ class Form:
     def said(self, first: int, behind: int) -> object:
         """Equal for expressions number `first` to `behind` that are equal, numbers included."""
         roots = self.roots[first:behind]
-        reached: set[int] = set()
-        stack = [core for _, core in roots]
+        place: dict[int, int] = {}  # in the order in which they are come upon
+        stack = [core for _, core in reversed(roots)]
         while stack:
             k = stack.pop()
-            if k not in reached:
-                reached.add(k)
-                stack.extend(core for _, core in self.cores[k].terms)
-        place = {k: i for i, k in enumerate(sorted(reached))}
+            if k not in place:
+                place[k] = len(place)
+                stack.extend(core for _, core in reversed(self.cores[k].terms))
         return (
             tuple((number, place[core]) for number, core in roots),
             tuple(

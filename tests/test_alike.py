@@ -81,6 +81,17 @@ def test_numbers_that_are_equal_in_all_stay_numbers() -> None:
     assert "3.5" in str(common)
 
 
+def test_what_is_equal_is_so_in_its_numbers_too() -> None:
+    """Those within a function, those in front, and where they stand."""
+    x, y = X[0], X[1]
+    forms = [Form([expression], ROLES) for expression in (
+        ca.sin(2.5 * x) + y, ca.sin(3.5 * x) + y, 2 * ca.sin(2.5 * x) + y, ca.sin(2.5 * x) + 2 * y,
+    )]  # fmt: skip
+    assert len({form.key(0, 1) for form in forms}) == 1
+    assert len({form.said(0, 1) for form in forms}) == 4
+    assert Form([y + ca.sin(2.5 * x)], ROLES).said(0, 1) == forms[0].said(0, 1)
+
+
 def test_numbers_that_nobody_wrote_count_too() -> None:
     """1, -1 and what stands behind a minus; a product has one number."""
     columns = (X[0] - X[1], 2.5 * X[0] + X[1], -X[0] - 3 * X[1], X[1] + 2 * (0.5 * X[0]))
