@@ -296,9 +296,9 @@ static int sg_is_whole(const SG(work) * w, int coupling) {
 
 /* Couplings that were left out and whose gaps did not stay open join their parts, too. Returns how
    many. Gaps are looked at where the stages are, but for the start, and at the end; where there are
-   no stages of the whole step, they must be as wide at the end as they had to be at the start. What
-   does not exist at the start takes part in no whole step; in a step of several it may, if it
-   exists at the end. */
+   no stages of the whole step, they must be as wide at the end as they had to be at the start.
+   Contacts count where they exist: what does not at the start takes part in no whole step, what
+   does not at the end in none of several. */
 static int sg_look_behind(SG(work) * w, const SG(params) * par, SG(info) * info, real t, real h,
                           const real q_end[], const real v_end[], real near) {
     /* a scheme that knows no gaps at its stages tells none */
